@@ -58,14 +58,16 @@ def _rounded_as_recorded(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Me
     """Torque with the rounding of the recorded command.
 
     A model's own command passes a step some samples sooner or later than the robot's did, and
-    each such sample has a torque that is wrong by a whole step.
+    each such sample has a torque that is wrong by a whole step.  No fit moves the step: one that
+    is larger than the commands would take the recorded torque off, and with it what the robot's
+    law knew of any other effect.
     """
     recorded = s.u if s.recorded is None else np.where(np.isnan(s.recorded), s.u, s.recorded)
     return s.u + quantized(recorded, p["resolution"]) - recorded, z
 
 
 TORQUE_QUANTIZATION = dataclasses.replace(
-    cause_of(LIBRARY["torque_quantization"], ("resolution",), _no_probes),
+    cause_of(LIBRARY["torque_quantization"], ("resolution",), _no_probes, fixed=("resolution",)),
     pieces=(Piece("drive", _rounded_as_recorded, reads_record=True),))
 
 TORQUE_GAIN_ERROR = cause_of(

@@ -33,7 +33,8 @@ _INTERVALS = 0.05, 5.0  # s
 _HARMONICS = 8
 _FLAT = 1e-6  # of the most energy that holding a command adds: less is rounding
 _SKIPPED = 4  # of so many samples one tells which steps are worth a closer look
-_FINEST, _SHIFT = 0.005, 0.15  # of the largest command; of a step, that the next one tried shifts
+_FINEST, _COARSEST = 0.005, 0.5  # steps, over the largest command
+_SHIFT = 0.15  # of a step, that the next one tried shifts
 
 
 class Use(NamedTuple):
@@ -293,7 +294,7 @@ def _held(u: np.ndarray, starts: np.ndarray, length: int) -> np.ndarray:
 def _best_step(joint: _Joint) -> Use:
     """Resolution at which the rounding of the logged command explains most of the error."""
     largest = max(np.abs(u).max() for u in joint.u)
-    tried, step = [], 1.2 * largest
+    tried, step = [], _COARSEST * largest
     while step > _FINEST * largest:
         tried.append(step)
         step -= _SHIFT * step * step / largest
