@@ -37,3 +37,19 @@ def test_a_run_killed_before_its_seal_makes_the_same_study(free_study, tmp_path,
     assert [line["event"] for line in again] == ["made", "made", "sealed"]
     assert {line["digest"] for line in again[:2]} == {made[0]["digest"]}
     assert not (killed / study.OPEN).exists()
+
+
+def test_what_was_answered_is_not_answered_again(free_study, tmp_path):
+    study.make_trials(tmp_path, 2, 4)
+    first = {"trial-000": {"effects": []}, "trial-001": {"error": "no answer"}}
+    assert study.diagnose_trials(tmp_path, diagnose=lambda folder, jobs: first) == first
+
+    def fails(folder, jobs):
+        raise AssertionError("diagnosed once more")
+
+    assert study.diagnose_trials(tmp_path, diagnose=fails) == first
+    assert [line["event"] for line in seal.read_log(tmp_path)].count("diagnosed") == 1
+    file = tmp_path / study.DIAGNOSES
+    file.write_text(file.read_text().replace("no answer", "another"))
+    with pytest.raises(AssertionError, match="once more"):
+        study.diagnose_trials(tmp_path, diagnose=fails)
