@@ -30,7 +30,6 @@ _AROUND = 101  # bins of a spectrum over which a line stands out
 _PADDED = 4  # times the length of a log, of its transform
 _HOLDS = 3, 8, 20, 45, 100  # samples
 _INTERVALS = 0.05, 5.0  # s
-_RARELY = 0.3  # of a log: what comes back less often is no loss that repeats
 _HARMONICS = 8
 _FLAT = 1e-6  # of the most energy that holding a command adds: less is rounding
 _SKIPPED = 4  # of so many samples one tells which steps are worth a closer look
@@ -193,15 +192,14 @@ def _best_hold(joint: _Joint) -> Use:
     every second or third harmonic, so that they come more often.
     """
     none = Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
-    found, samples = [], max(map(len, joint.u))
+    found = []
     for length in _HOLDS:
         by_log = _stretches(joint, length)
         of_lines = [(_hold(joint, by_log, length, interval), interval)
                     for interval in _intervals(joint, by_log, length)]
         line, interval = max(of_lines, key=_drop_of_line, default=(none, 0.0))
         found += [line, *(_hold(joint, by_log, length, share * interval)
-                          for share in (1 / 3, 1 / 2, 2, 3)
-                          if 2 * length < share * interval < _RARELY * samples)]
+                          for share in (1 / 3, 1 / 2, 2, 3) if share * interval > 2 * length)]
     likely = sorted(found, key=_drop, reverse=True)[:_REFINED_HOLDS]
     if not likely or likely[0].drop <= joint.least:
         return likely[0] if likely and likely[0].drop > 0.0 else none
@@ -251,7 +249,7 @@ def _stretches_in_log(u: np.ndarray, back: np.ndarray, length: int) -> _Stretche
 def _intervals(joint: _Joint, by_log: list[_Stretches], length: int) -> list[float]:
     """Intervals [samples] whose harmonics stand out together in the gains of a length."""
     length_of_log = max(len(joint.u[j]) for j in joint.fitted) * joint.period
-    longest = min(_INTERVALS[1], _RARELY * length_of_log)
+    longest = min(_INTERVALS[1], 0.3 * length_of_log)
     shortest = max(_INTERVALS[0], 2 * length * joint.period)
     if shortest >= longest:
         return []
