@@ -58,9 +58,9 @@ def _rounded_as_recorded(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Me
     """Torque with the rounding of the recorded command.
 
     A model's own command passes a step some samples sooner or later than the robot's did, and
-    each such sample has a torque that is wrong by a whole step.  No fit moves the step: one that
-    is larger than the commands would take the recorded torque off, and with it what the robot's
-    law knew of any other effect.
+    each such sample has a torque that is wrong by a whole step.  No fit moves the step, and it is
+    small beside the commands: a large one would take the recorded torque off, and with it what
+    the robot's law knew of any other effect.
     """
     recorded = s.u if s.recorded is None else np.where(np.isnan(s.recorded), s.u, s.recorded)
     return s.u + quantized(recorded, p["resolution"]) - recorded, z

@@ -33,7 +33,7 @@ _INTERVALS = 0.05, 5.0  # s
 _HARMONICS = 8
 _FLAT = 1e-6  # of the most energy that holding a command adds: less is rounding
 _SKIPPED = 4  # of so many samples one tells which steps are worth a closer look
-_FINEST, _COARSEST = 0.005, 0.5  # steps, over the largest command
+_FINEST, _COARSEST = 0.005, 0.2  # steps, over the largest command
 _SHIFT = 0.15  # of a step, that the next one tried shifts
 
 

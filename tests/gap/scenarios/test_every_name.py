@@ -132,7 +132,7 @@ def test_a_name_goes_into_a_plant_and_comes_back(name, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", [CatalogueRobot(), CatalogueRobot(noise=1e-5, resolution=2e-6)])
 def test_steps_of_the_torque_are_named_by_those_of_the_recorded_command(robot, tmp_path):
-    logs = robot.records([LIBRARY["torque_quantization"](resolution=1.0)])
+    logs = robot.records([LIBRARY["torque_quantization"](resolution=0.5)])
     found = diagnose(read(robot.write(tmp_path, logs)))
     answer = found.to_dict()
     assert answer["effects"][0]["effect"] == "torque_quantization"
@@ -140,4 +140,4 @@ def test_steps_of_the_torque_are_named_by_those_of_the_recorded_command(robot, t
     assert answer["closed_percent"]["judged_by"] == "recorded command"
     assert found.reduction.percent > 90.0
     (setting,) = found.effects()
-    assert setting.values["resolution"] == pytest.approx(1.0, rel=2e-3)
+    assert setting.values["resolution"] == pytest.approx(0.5, rel=2e-3)
