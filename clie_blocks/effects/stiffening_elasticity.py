@@ -13,12 +13,14 @@ def stiffening_torque(twist: np.ndarray, twist_rate: np.ndarray, compliance: Per
                       stiffening: PerJoint, knee: PerJoint, damping: PerJoint) -> np.ndarray:
     """Torque of a spring that stiffens [N m].
 
-    ``k (twist + stiffening (|twist| - knee compliance) sgn twist)`` with the second term beyond
-    the knee only: the stiffness steps from ``k = 1/compliance`` to ``k (1 + stiffening)``.
+    The stiffness rises from ``k = 1/compliance`` to ``k (1 + stiffening)``, and is halfway there
+    at the twist at which a spring of stiffness k has the torque `knee`: a cubic spring well below
+    that twist, a linear one well beyond.
     """
     safe = np.where(compliance > 0, compliance, 1.0)
-    soft = np.clip(twist, -knee * safe, knee * safe)
-    return (soft + (1.0 + stiffening) * (twist - soft)) / safe + damping * twist_rate
+    bend = knee * safe
+    beyond = twist - bend * np.arctan(twist / bend)
+    return (twist + stiffening * beyond) / safe + damping * twist_rate
 
 
 STIFFENING_ELASTICITY = Effect(
@@ -28,12 +30,13 @@ STIFFENING_ELASTICITY = Effect(
         Parameter("compliance", "rad/(N m)", 0.0, 10.0, 3e-4, 0.0,
                   "twist per torque of the motor when soft"),
         Parameter("stiffening", "1", 0.0, 100.0, 1.0, None,
-                  "relative gain of stiffness beyond the knee"),
-        Parameter("knee", "N m", 1e-6, 1e4, 1.0, None, "torque at which the gear stiffens"),
+                  "relative gain of stiffness far beyond the knee"),
+        Parameter("knee", "N m", 1e-6, 1e4, 1.0, None,
+                  "torque of the soft spring at the twist where half of the gain is reached"),
         DAMPING, *MOTOR,
     ),
-    equation="torque = (clip(twist, knee) + (1 + stiffening) (rest of twist)) / compliance + "
-             "damping twist'",
+    equation="torque = (twist + stiffening (twist - w atan(twist / w))) / compliance + "
+             "damping twist', w = knee compliance",
     reference="Harmonic Drive, technical data: stiffness K1, K2, K3 at the torques T1, T2; T. D. "
               "Tuttle, W. P. Seering, IEEE Trans. Robotics and Automation 12(3), 1996",
     signature="As joint_elasticity, with a resonance that rises with the static load.",
@@ -48,6 +51,6 @@ STIFFENING_ELASTICITY = Effect(
         "gazebo": "none",
         "simscape": "Nonlinear Rotational Spring",
     },
-    wrong="One knee where catalogues give two; no hysteresis.",
+    wrong="One smooth knee where catalogues give stiffnesses between two corners; no hysteresis.",
     passive=True, symmetry="odd", stiff=True, curve=("twist", 1e-3),
 )

@@ -137,11 +137,20 @@ def test_backlash_has_the_describing_function_of_play():
     assert abs(harmonic / amplitude - wanted) < 0.01, (harmonic / amplitude, wanted)
 
 
-def test_stiffening_doubles_the_slope_beyond_the_knee():
+def test_stiffness_rises_by_half_at_the_knee_and_by_all_far_beyond():
     torque = LIBRARY["stiffening_elasticity"].build.kernel
-    numbers = {"compliance": 1e-3, "stiffening": 1.0, "knee": 2.0, "damping": 0.0}
-    twist = np.array([-4e-3, -1e-3, 0.0, 1e-3, 2e-3, 4e-3])
-    np.testing.assert_allclose(torque(twist, 0.0, **numbers), [-6, -1, 0, 1, 2, 6], atol=1e-12)
+    numbers = {"compliance": 1e-3, "stiffening": 3.0, "knee": 2.0, "damping": 0.0}
+    twist, h = np.array([0.0, 2e-3, -2e-3, 2.0]), 1e-7
+    slope = (torque(twist + h, 0.0, **numbers) - torque(twist - h, 0.0, **numbers)) / (2 * h)
+    np.testing.assert_allclose(slope, [1e3, 2.5e3, 2.5e3, 4e3], rtol=1e-5)
+
+
+def test_a_stiffening_gear_is_a_cubic_spring_well_below_its_knee():
+    torque = LIBRARY["stiffening_elasticity"].build.kernel
+    numbers = {"compliance": 1e-3, "stiffening": 50.0, "knee": 20.0, "damping": 0.0}
+    twist = np.linspace(-2e-3, 2e-3, 9)
+    np.testing.assert_allclose(torque(twist, 0.0, **numbers),
+                               1e3 * (twist + 50.0 / 3 * twist**3 / 0.02**2), rtol=3e-3)
 
 
 def hysteresis_loss(rate, *, reach=2e-4, level=0.5, amplitude=2e-3):

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes import drive, friction, load, sensor
+from clie_blocks.analysis.gap.causes import drive, friction, load, sensor, transmission
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.description import is_of_coupling
 from clie_blocks.analysis.gap.fitting.fit import Fit
@@ -69,7 +69,8 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
     known = {cause_keys(candidate.members) for candidate in tried}
     by_keys = {cause_keys(candidate.members): candidate
                for candidate in (*_all_alternatives(leader, causes, much_left, residuals),
-                                 *_alike_alone(leader, fits, much_left, residuals))}
+                                 *_alike_alone(leader, fits, much_left, residuals),
+                                 *_elastic_for_loose(leader, fits, causes, residuals))}
     return [candidate for keys, candidate in by_keys.items() if keys not in known
             and (keys not in reached or (
                 reached[keys] > leader.cost + least
@@ -134,6 +135,23 @@ def _alike_alone(leader: Fit, fits: Sequence[Fit], much_left: bool, residuals: R
                    and all(compatible(other, one) for one in beside)]
         for other in fitting[:most]:
             yield Candidate((*members[:k], other, *members[k + 1:]), 0.0, leader)
+
+
+def _elastic_for_loose(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
+                       residuals: ResidualModel) -> Iterator[Candidate]:
+    """Candidates with all elastic gears in the place of a loose one, started from the best."""
+    members = fitted_members(leader.hypothesis)
+    elastic = min((fit for fit in fits if len(fit.hypothesis.members) == 1
+                   and fit.hypothesis.members[0].cause in ELASTIC),
+                  key=lambda fit: fit.cost, default=None)
+    if elastic is None or not set(ELASTIC) <= set(causes):
+        return
+    gear = fitted_members(elastic.hypothesis)[0]
+    for k, member in enumerate(members):
+        if member.cause is transmission.BACKLASH:
+            before, after = members[:k], members[k + 1:]
+            for other in other_gears(gear, (*before, *after), elastic, residuals):
+                yield Candidate((*before, other, *after), 0.0, elastic)
 
 
 def _with_even_friction(leader: Fit, member: Member) -> Fit:

@@ -28,7 +28,9 @@ from clie_blocks.robot_loop.motion import link_share_of_joint
 
 ELASTIC = JOINT_ELASTICITY, STIFFENING_ELASTICITY, TORSIONAL_HYSTERESIS
 _SOFTER = 0.5, 0.7, 0.85, 1.0  # frequencies over that of the elastic gear
-_STIFFENINGS, _KNEES = (0.5, 1.5, 4.0), (0.15, 0.35, 0.7, 1.2)  # knees over the RMS torque
+_STIFFENINGS = (*itertools.product((0.5, 1.5, 4.0), (0.15, 0.35, 0.7, 1.2)),
+                (20.0, 1.5), (20.0, 4.0))
+"""Stiffenings and knees, these over the RMS torque; the last two are nearly cubic springs."""
 _LEVELS, _REACHES = (0.1, 0.3, 0.7), (0.15, 0.4, 1.0, 2.5)  # over RMS torque, and its twist
 
 
@@ -66,7 +68,7 @@ def _grid(cause: Cause, member: Member, leader: Fit) -> list[Values]:
     if cause is STIFFENING_ELASTICITY:
         return [{**kept, "frequency": softer * kept["frequency"],
                  "stiffening": stiffening + 0 * torque, "knee": knee * torque}
-                for softer, stiffening, knee in itertools.product(_SOFTER, _STIFFENINGS, _KNEES)]
+                for softer, (stiffening, knee) in itertools.product(_SOFTER, _STIFFENINGS)]
     return [{**kept, "frequency": softer * kept["frequency"], "level": level * torque,
              "reach": reach * torque / stiffness}
             for softer, level, reach in itertools.product(_SOFTER, _LEVELS, _REACHES)]

@@ -4,6 +4,8 @@ The settings are strong enough to be seen at a joint that is known well.  Effect
 joints are not among them, nor a fluid's drag, which on one link is quadratic drag.
 """
 
+import dataclasses
+
 import numpy as np
 import pytest
 from catalogue_robot import CatalogueRobot
@@ -12,6 +14,8 @@ from clie_blocks.analysis.gap import diagnose, read
 from clie_blocks.analysis.gap.causes.vocabulary import class_of
 from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
 from clie_blocks.effects import LIBRARY
+from clie_blocks.effects.joint_elasticity import is_elastic
+from clie_blocks.effects.two_bodies import TwoBodies
 
 SMOOTH = {"width": 5e-3}  # rad/s, over which dry friction changes its sign
 GEAR = {"damping": 0.4, "motor_inertia": 0.05, "motor_damping": 0.5}
@@ -141,3 +145,20 @@ def test_steps_of_the_torque_are_named_by_those_of_the_recorded_command(robot, t
     assert found.reduction.percent > 90.0
     (setting,) = found.effects()
     assert setting.values["resolution"] == pytest.approx(0.5, rel=2e-3)
+
+
+def kinked_torque(twist, twist_rate, compliance, stiffening, knee, damping):
+    """Spring with a corner at the knee, as catalogues of gears state it."""
+    soft = np.clip(twist, -knee * compliance, knee * compliance)
+    return (soft + (1.0 + stiffening) * (twist - soft)) / compliance + damping * twist_rate
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("knee", [0.4, 0.8])
+def test_a_gear_that_stiffens_at_a_corner_is_named(knee, tmp_path):
+    gear = dataclasses.replace(LIBRARY["stiffening_elasticity"],
+                               build=TwoBodies(kinked_torque, is_elastic))
+    numbers = NAMES["stiffening_elasticity"] | {"knee": knee}
+    found = diagnose(read(SOFT.write(tmp_path, SOFT.records([gear(**numbers)]))))
+    first = found.to_dict()["effects"][0]
+    assert first["effect"] == "stiffening_elasticity" and first["probability"] > 0.5
