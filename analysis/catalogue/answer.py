@@ -26,6 +26,7 @@ ANSWERS: dict[str, tuple[dict[str, Callable], float]] = {
     "velocity_filter_mismatch": ({"dq": _one}, 0.03),
     "control_law_form": ({"q_d": lambda t: t}, 0.05),
     "setpoint_slew": ({"q_d": _one}, 2.0),
+    "torque_slew": ({"u": _one}, 0.03),
     "hidden_integral": ({"q_d": _one}, 2.0),
     "motor_heating": ({"u": lambda t: 10.0 * _one(t)}, 1800.0),
     "tick_jitter": ({"u": lambda t: np.sin(60.0 * t)}, 0.4),

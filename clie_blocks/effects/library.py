@@ -52,6 +52,7 @@ _FILES = {
     "supply_sag": "supply_sag",
     "motor_heating": "motor_heating",
     "torque_quantization": "torque_quantization",
+    "torque_slew": "torque_slew",
     "setpoint_slew": "setpoint_slew",
     "time_delay": "time_delay",
     "setpoint_delay": "setpoint_delay",

@@ -22,9 +22,9 @@ VOCABULARY = set("""
     fluid_drag joint_elasticity stiffening_elasticity backlash torsional_hysteresis
     kinematic_error gear_mesh_ripple coupled_joints ratio_error actuator_saturation
     torque_speed_limit dead_zone actuator_lag torque_ripple commutation_ripple torque_gain_error
-    back_emf supply_sag motor_heating torque_quantization setpoint_slew time_delay in_loop_delay
-    tick_jitter packet_hold velocity_filter_mismatch gain_error control_law_form hidden_integral
-    hidden_compensation encoder_quantization encoder_eccentricity encoder_offset
+    back_emf supply_sag motor_heating torque_quantization torque_slew setpoint_slew time_delay
+    in_loop_delay tick_jitter packet_hold velocity_filter_mismatch gain_error control_law_form
+    hidden_integral hidden_compensation encoder_quantization encoder_eccentricity encoder_offset
     velocity_estimate_lag channel_skew sensor_gain periodic_disturbance step_fault inertia
     viscous torque_gain offset""".split())
 EFFECTS = [pytest.param(LIBRARY[name], id=name) for name in LIBRARY]

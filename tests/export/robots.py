@@ -28,6 +28,7 @@ VALUES = {  # of a joint of this size, where the typical one is of another
     "step_fault": {"time": 0.4}, "encoder_quantization": {"resolution": 4e-4},
     "spring": {"stiffness": 1.0, "hardening": 2.0, "rest": 0.1},
     "quadratic_drag": {"drag": 0.02, "cubic": 0.01}, "actuator_saturation": {"limit": 0.8},
+    "torque_slew": {"rate": 15.0, "follow": 2e-4},
     "joint_elasticity": {"compliance": 1e-3, "damping": 0.5, **MOTOR},
     "stiffening_elasticity": {"compliance": 2e-3, "stiffening": 1.0, "knee": 0.3,
                               "damping": 0.5, **MOTOR},

@@ -42,6 +42,10 @@ def _torque_quantization(rng: np.random.Generator, site: Site) -> Change:
     return proportional(site, "quantum", 2 * site.torque)
 
 
+def _torque_slew(rng: np.random.Generator, site: Site) -> Change:
+    return lambda size: site.at("torque_slew", 30 * site.largest_command / size)
+
+
 def _setpoint_slew(rng: np.random.Generator, site: Site) -> Change:
     return lambda size: site.at("slew", 5.0 / size)
 
@@ -84,7 +88,8 @@ def _sensor_gain(rng: np.random.Generator, site: Site) -> Change:
 ELECTRONIC: dict[str, Draw] = {
     "torque_speed_limit": _torque_speed_limit, "commutation_ripple": _commutation_ripple,
     "back_emf": _back_emf, "supply_sag": _supply_sag,
-    "torque_quantization": _torque_quantization, "setpoint_slew": _setpoint_slew,
+    "torque_quantization": _torque_quantization, "torque_slew": _torque_slew,
+    "setpoint_slew": _setpoint_slew,
     "setpoint_delay": with_unit("reference_delay", 1e-3),
     "in_loop_delay": with_unit("stale", 5e-4), "tick_jitter": _tick_jitter,
     "packet_hold": _packet_hold, "gain_error": _gain_error,

@@ -43,10 +43,6 @@ def _soft_mount(rng: np.random.Generator, site: Site) -> Change:
     return lambda size: {"mount_stiffness": np.full(robot.n, stiffness / size)}
 
 
-def _torque_slew(rng: np.random.Generator, site: Site) -> Change:
-    return lambda size: site.at("torque_slew", 30 * site.largest_command / size)
-
-
 def _lifting_brush(rng: np.random.Generator, site: Site) -> Change:
     return lambda size: site.at("brush", min(0.1 * size, 1.0))
 
@@ -60,7 +56,7 @@ FOREIGN: dict[str, Draw] = {
     **{name: OUTSIDERS[name] for name in KEPT},
     "creeping_hose": _hose, "neighbour_spring": _neighbour_spring,
     "magnetic_detent": _magnetic_detent, "sloshing_payload": _sloshing_payload,
-    "bending_link": _bending_link, "soft_mount": _soft_mount, "torque_slew": _torque_slew,
-    "lifting_brush": _lifting_brush, "imbalance_running_up": _running_up,
+    "bending_link": _bending_link, "soft_mount": _soft_mount, "lifting_brush": _lifting_brush,
+    "imbalance_running_up": _running_up,
     "dragging_brake": lambda rng, site: proportional(site, "brake", 2 * site.torque),
     "lost_counts": lambda rng, site: proportional(site, "lost_counts", 5e-4)}

@@ -1,10 +1,13 @@
 """Where to look for causes between the command and the torque that leaves the motor."""
 
 import dataclasses
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import (
+    Cause,
     Memory,
     Probe,
     Scene,
@@ -13,6 +16,7 @@ from clie_blocks.analysis.gap.causes.cause import (
     waves_over_travel,
 )
 from clie_blocks.effects import LIBRARY
+from clie_blocks.effects.torque_slew import mean_slewed_torque, slewed_torque_step
 from clie_blocks.measurement import quantized
 from clie_blocks.robot_loop.dynamics import Piece, State
 
@@ -21,6 +25,44 @@ ACTUATOR_SATURATION = cause_of(
     lambda scene: [Probe({"limit": share * scene.peak_torque},
                          sizes={"limit": 0.1 * scene.peak_torque}) for share in (
         0.985, 0.96, 0.93, 0.89, 0.84, 0.78, 0.7, 0.6, 0.5, 0.4, 0.3)])
+
+
+def _recorded(s: State) -> np.ndarray:
+    """Recorded command [N m]; that of the model where there is no record."""
+    return s.u if s.recorded is None else np.where(np.isnan(s.recorded), s.u, s.recorded)
+
+
+def _slew_probes(scene: Scene) -> list[Probe]:
+    """Rates that the command exceeds for some shares of the time."""
+    steps = np.abs(np.diff(scene.u, axis=0)) / scene.problem.period
+    return [Probe({"rate": np.quantile(steps, 1.0 - share, axis=0) + 1e-9},
+                  sizes={"rate": 0.1 * np.quantile(steps, 1.0 - share, axis=0) + 1e-9})
+            for share in (1e-3, 3e-3, 0.01, 0.03, 0.08, 0.2, 0.4)]
+
+
+def _slewed_as_recorded(torque: Callable[..., np.ndarray]) -> Callable[..., Any]:
+    """Torque that lags behind as it does behind the recorded command.
+
+    Noise in the command changes it by more than the limit allows, so that the limit acts on the
+    noise; a model's own command has none.
+    """
+    def act(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
+        recorded = _recorded(s)
+        before = np.where(s.t < 0.5 * s.h, recorded, z[0])  # a log may begin under load
+        lagging = torque(before, recorded, p["rate"], s.h)
+        return s.u + lagging - recorded, [slewed_torque_step(before, recorded, p["rate"], s.h)]
+    act.__qualname__ = f"slewed as recorded, {torque.__name__}"
+    return act
+
+
+def _torque_slew(torque: Callable[..., np.ndarray], variant: str = "") -> Cause:
+    return dataclasses.replace(
+        cause_of(LIBRARY["torque_slew"], ("rate",), _slew_probes, variant=variant),
+        pieces=(Piece("drive", _slewed_as_recorded(torque), states=1, reads_record=True),))
+
+
+TORQUE_SLEW = _torque_slew(mean_slewed_torque), _torque_slew(slewed_torque_step, "once a sample")
+"""A limit that the drive keeps all the time, and one that it keeps from command to command."""
 
 DEAD_ZONE = cause_of(
     LIBRARY["dead_zone"], ("width",),
@@ -62,7 +104,7 @@ def _rounded_as_recorded(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Me
     small beside the commands: a large one would take the recorded torque off, and with it what
     the robot's law knew of any other effect.
     """
-    recorded = s.u if s.recorded is None else np.where(np.isnan(s.recorded), s.u, s.recorded)
+    recorded = _recorded(s)
     return s.u + quantized(recorded, p["resolution"]) - recorded, z
 
 

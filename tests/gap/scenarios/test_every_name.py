@@ -147,6 +147,15 @@ def test_steps_of_the_torque_are_named_by_those_of_the_recorded_command(robot, t
     assert setting.values["resolution"] == pytest.approx(0.5, rel=2e-3)
 
 
+@pytest.mark.slow
+def test_a_torque_of_limited_rate_is_named_by_what_the_recorded_command_shows(tmp_path):
+    logs = FINE.records([LIBRARY["torque_slew"](rate=600.0, follow=2e-4)])
+    answer = diagnose(read(FINE.write(tmp_path, logs))).to_dict()
+    assert answer["effects"][0]["effect"] == "torque_slew"
+    assert answer["effects"][0]["probability"] > 0.9
+    assert answer["closed_percent"]["judged_by"] == "recorded command"
+
+
 def kinked_torque(twist, twist_rate, compliance, stiffening, knee, damping):
     """Spring with a corner at the knee, as catalogues of gears state it."""
     soft = np.clip(twist, -knee * compliance, knee * compliance)
