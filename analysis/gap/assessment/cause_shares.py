@@ -12,19 +12,17 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.cache import FitCache
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Values
-from clie_blocks.analysis.gap.fitting.jacobian import jacobian
+from clie_blocks.analysis.gap.fitting.jacobian import forward_jacobian
 from clie_blocks.analysis.gap.residual.noise import whiten
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel, unweighted
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
-
-_UNWEIGHTED: FitCache[Fit, ResidualModel] = FitCache()
-_BASES: FitCache[Fit, np.ndarray] = FitCache()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,6 +48,31 @@ class Share:
     mean: float
 
 
+class _Nominal(NamedTuple):
+    """A nominal model in all logs, fitted or held out.
+
+    Parameters
+    ----------
+    residuals : ResidualModel
+        Of errors as the gap counts them.
+    slopes : ndarray, shape (rows, parameters)
+        What its parameters do in all logs.
+    allowed : ndarray, shape (parameters,)
+        Over their tolerances.
+    follows : ndarray, shape (parameters, rows of the fitted logs)
+        How far they follow a change.
+
+    """
+
+    residuals: ResidualModel
+    slopes: np.ndarray
+    allowed: np.ndarray
+    follows: np.ndarray
+
+
+_NOMINALS: FitCache[Fit, _Nominal] = FitCache()
+
+
 def shares_of(fit: Fit, nominal: Fit, residuals: ResidualModel) -> dict[str, Share]:
     """Share of each cause of a fitted hypothesis, by name.
 
@@ -66,8 +89,7 @@ def shares_of(fit: Fit, nominal: Fit, residuals: ResidualModel) -> dict[str, Sha
     names = sorted({member.cause.name for member in fit.hypothesis.members})
     sets = [frozenset(some) for count in range(len(names) + 1)
             for some in itertools.combinations(names, count)]
-    gap = _gaps(fit, [_without(fit, set(names) - some) for some in sets], nominal,
-                _unweighted(nominal, residuals))
+    gap = _gaps(fit, [_without(fit, set(names) - some) for some in sets], nominal, residuals)
     together = min(max(1.0 - max(fit.excess, 0.0) / max(nominal.excess, 1e-9), 0.0), 1.0)
     share = together * gap / gap[-1] if gap[-1] > 0.0 else 0.0 * gap
     return cause_shares(names, dict(zip(sets, share)))
@@ -85,38 +107,33 @@ def _without(fit: Fit, names: Collection[str]) -> Values:
 
 
 def _gaps(fit: Fit, sets: Sequence[Values], nominal: Fit, residuals: ResidualModel) -> np.ndarray:
-    """Squares of what each set of values does beyond the first, shape (sets,).
+    """Squares of what each set of values does beyond the first in all logs, shape (sets,).
 
     What the parameters of the nominal model can follow, as far as the datasheet allows it, is
-    left out.
+    left out; as in the gap, they are those that follow the fitted logs best.
     """
-    problem, basis = residuals.problem, _basis(nominal, residuals)
-    changes = [_changes(fit, j, sets) for j in range(len(problem.fit))]
-    beyond = np.concatenate([
-        residuals.without_initial_response(
-            whiten(change[:, k].T, residuals.noise(j, k).whitener), j, k)
-        for j, change in enumerate(changes) for k in range(problem.n)])
-    padded = np.zeros((len(basis), len(sets)))  # with what the datasheet allows
-    padded[:len(beyond)] = beyond
-    return np.sum((padded - basis @ (basis.T @ padded))**2, axis=0)
+    problem, seen = residuals.problem, _in_all_logs(nominal, residuals)
+    changes = [_changes(fit, j, sets) for j in range(len(problem.logs))]
+    change = np.concatenate([
+        seen.residuals.without_initial_response(
+            whiten(runs[:, k].T, seen.residuals.noise(j, k).whitener), j, k)
+        for j, runs in enumerate(changes) for k in range(problem.n)])
+    followed = seen.follows @ change[:seen.follows.shape[1]]
+    return np.sum((change - seen.slopes @ followed)**2, axis=0) + np.sum(
+        (seen.allowed[:, None] * followed)**2, axis=0)
 
 
-def _unweighted(nominal: Fit, residuals: ResidualModel) -> ResidualModel:
-    """Residual model of the gap, at the nominal model."""
-    known = _UNWEIGHTED.of(residuals)
+def _in_all_logs(nominal: Fit, residuals: ResidualModel) -> _Nominal:
+    known, problem = _NOMINALS.of(residuals), residuals.problem
     if nominal not in known:
-        known[nominal] = unweighted(residuals, nominal.hypothesis)
-    return known[nominal]
-
-
-def _basis(nominal: Fit, residuals: ResidualModel) -> np.ndarray:
-    """Orthonormal columns of what the nominal model can follow, in all joints and fit logs."""
-    known = _BASES.of(residuals)
-    if nominal not in known:
-        slopes = jacobian(nominal.hypothesis, residuals).slopes
-        allowed = [parameter.size / parameter.tolerance if parameter.tolerance else 0.0
-                   for parameter in nominal.hypothesis.free_parameters]
-        known[nominal] = np.linalg.qr(np.concatenate([slopes, np.diag(allowed)]))[0]
+        together = dataclasses.replace(problem, fit=problem.logs, held_out=())
+        seen = unweighted(dataclasses.replace(residuals, problem=together), nominal.hypothesis)
+        tangent = forward_jacobian(dataclasses.replace(nominal.hypothesis, problem=together), seen)
+        allowed = np.array([parameter.size / parameter.tolerance if parameter.tolerance else 0.0
+                            for parameter in nominal.hypothesis.free_parameters])
+        fitted = sum(map(len, tangent.parts[:len(problem.fit) * problem.n]))
+        follows = np.linalg.pinv(np.concatenate([tangent.slopes[:fitted], np.diag(allowed)]))
+        known[nominal] = _Nominal(seen, tangent.slopes, allowed, follows[:, :fitted])
     return known[nominal]
 
 
