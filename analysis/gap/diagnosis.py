@@ -247,7 +247,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     established = may_be_all(of_law, first.residuals.problem)
     is_another_law = controller.unknown_part or bool(controller.named and not established)
     ranking, model = _ranking(second or first, is_another_law, method, stages)
-    alike = names_alike(ranking, (second or first).residuals)
+    alike = names_alike(ranking, (second or first).residuals, causes)
     numbers = _refined_numbers(ranking, second or first, stages)
     if second:
         ranking, model = to_stated_loop(ranking, model, first.residuals.problem)

@@ -4,25 +4,35 @@ Which of them is named would rest on what a hypothesis costs, and not on the log
 answer with several names.
 """
 
-from collections.abc import Iterator, Sequence
+import dataclasses
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.description import PARAMETRIC, is_number
+from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
 from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.candidates import fitted_members
 from clie_blocks.analysis.gap.verdict.evidence import Table, contradictions
 from clie_blocks.analysis.gap.verdict.posterior import NONE, SET_PROBABILITY, RankedCause
 
+_TIMES = ACTUATOR_LAG, TIME_DELAY
+_TWIN_STEPS = 4  # of a fit that starts next to where it ends
+
 
 def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
-                ) -> tuple[tuple[str, ...], ...]:
+                causes: Collection[Cause] = ()) -> tuple[tuple[str, ...], ...]:
     """Return the names that stand for each other in the leading hypothesis.
 
     One name stands for another where a likely hypothesis holds it in the other's place, and its
     model moves as the leading one: they are closer to each other than a right model is to the
     robot, see `Calibration.floor`.  A cause that is a special case of another has its name, too,
-    whatever the logs say, see `Cause.special_case_of`.
+    whatever the logs say, see `Cause.special_case_of`.  Beside others the nearest rivals may not
+    have been fitted: they are now.
 
     Parameters
     ----------
@@ -30,6 +40,8 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
         Hypotheses, most probable first.
     residuals : ResidualModel
         The logs, with their noise.
+    causes : collection of Cause
+        Those that were searched for.
 
     Returns
     -------
@@ -50,7 +62,44 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
             (name,) = gone
             names = alike.setdefault(name, [name])
             names.extend(new - {*names})
+    for name, twin in _untried_twins(ranking, residuals, causes):
+        alike.setdefault(name, [name]).append(twin)
     return tuple(tuple(names) for names in alike.values())
+
+
+def _untried_twins(ranking: Sequence[RankedCause], residuals: ResidualModel,
+                   causes: Collection[Cause]) -> Iterator[tuple[str, str]]:
+    """Names of the leading hypothesis, and others that move alike, of hypotheses never fitted.
+
+    Friction that may differ between the directions need not: a fit that leaves more than with one
+    level has ended in a false minimum.  A lag and a delay of one length are often alike.
+    """
+    leading = ranking[0]
+    left = {frozenset(ranked.names): ranked.excess for ranked in ranking}
+    for member in leading.fit.hypothesis.members if leading.fit is not None else ():
+        name, others = member.cause.name, {*leading.names} - {member.cause.name}
+        for cause in causes if name in leading.names else ():
+            of_twin = left.get(frozenset({*others, cause.name}), np.inf)
+            if cause.even[:1] == (name,):
+                if of_twin > leading.excess + residuals.method.calibration.floor:
+                    yield name, cause.name
+            elif (of_twin == np.inf and {cause, member.cause} == {*_TIMES}
+                  and _moves_alike(leading.fit, member, cause, residuals)):
+                yield name, cause.name
+
+
+def _moves_alike(model: Fit, member: Member, cause: Cause, residuals: ResidualModel) -> bool:
+    """Whether a model with another time in the place of one of its causes moves as it does."""
+    (old,), (new,) = member.cause.numbers, cause.numbers
+    values = model.hypothesis.values[f"{member.name}.{old.name}"]
+    twin = Member(cause, member.joints, {new.name: np.clip(values, new.lower, new.upper)},
+                  {new.name: member.sizes[old.name]})
+    members = [twin if one.cause is member.cause else one
+               for one in fitted_members(model.hypothesis)]
+    in_time = dataclasses.replace(residuals, deadline=np.inf)
+    rival = fit(build_hypothesis(residuals.problem, members, model.hypothesis), in_time,
+                _TWIN_STEPS)
+    return motion_distance(model, rival, residuals) <= residuals.method.calibration.floor
 
 
 def numbers_alike(ranking: Sequence[RankedCause], table: Table, residuals: ResidualModel,

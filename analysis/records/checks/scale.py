@@ -12,6 +12,7 @@ from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.units import DEGREE
 
 FAR = 3.0  # factor between shown and stated inertia that no fault of a robot makes
+FARTHEST = FAR**3  # the same, that another log excuses
 NEAR = 1.5  # factor within which a cause explains it
 OWN = 0.5  # share of the rotor in a joint's inertia from which coupling does not matter
 
@@ -21,7 +22,8 @@ def check_scale(record: Record, robot: Robot | None, others: Sequence[Record] = 
     """Findings on torques and angles that contradict the stated inertia of every joint.
 
     What no known unit explains is none of units where another log of the robot shows the stated
-    inertia: a slow motion shows friction that comes and goes as inertia, too.
+    inertia: a slow motion shows friction that comes and goes as inertia, too, and a soft gear
+    that is driven where it swings takes hardly any torque.
     """
     ratio = inertia_ratios(record, robot)
     known = ratio[np.isfinite(ratio)]
@@ -31,7 +33,7 @@ def check_scale(record: Record, robot: Robot | None, others: Sequence[Record] = 
         return []  # links that the file does not have
     k = int(np.flatnonzero(np.isfinite(ratio))[0])
     hints = _hints(robot, k, float(ratio[k]))
-    if not hints and FAR**-2 < ratio[k] < FAR**2 and any(
+    if not hints and 1 / FARTHEST < ratio[k] < FARTHEST and any(
             _agrees(inertia_ratios(other, robot)) for other in others):
         return []
     return [Finding(
