@@ -127,6 +127,9 @@ def stages(folder, seconds):
     for name in ["reading", *dict.fromkeys(WATCHED.values())]:
         rows.append([name, *(f"{warm['stages'].get(name, 0.0):.2f}"
                              for _, warm in found.values())])
+    rows.append(["sets of three causes and more, and all else", *(
+        f"{warm['seconds'] - warm['start-up'] - sum(warm['stages'].values()):.2f}"
+        for _, warm in found.values())])
     rows += [["peak memory, MB", *(f"{warm['memory']:.0f}" for _, warm in found.values())],
              ["answer", *(warm["answer"] for _, warm in found.values())]]
     return markdown(["processor time, s", *arm.FAULTS], rows)

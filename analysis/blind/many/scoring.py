@@ -1,5 +1,6 @@
 """Robots with several effects at once: which are named, in which order, and what that closes."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -55,20 +56,34 @@ def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of:
                 for row in diagnosis.get("effects", ())}
     likely = {class_of(name) for name in together if together[name] >= NAMED}
     named = [name for name in answer.leading(len(answer.known)) if answer.names(name) & likely]
-    found = {true: any(true in answer.names(name) for name in named) for true in shares}
+    held = _simpler_causes(diagnosis, class_of)
+    stands_for = {true: next((name for names in (answer.names, held) for name in named
+                              if true in names(name)), true) for true in shares}
     largest = sorted(shares, key=lambda name: -shares[name])
     by_share = sorted(named, key=lambda name: -_share(diagnosis, name, class_of))
-    first_two = [next((true for true in largest if true in answer.names(name)), name)
-                 for name in by_share[:2]]
+    wanted = list(dict.fromkeys(stands_for[true] for true in largest))
     return {"trial": trial, "robot": label["robot"], "failed": answer.failed,
-            "truth": [{"effect": name, "share": shares[name], "named": found[name]}
+            "truth": [{"effect": name, "share": shares[name], "named": stands_for[name] in named}
                       for name in largest],
             "named": [{"effect": name, "probability": answer.probability[name],
                        "true": bool(answer.names(name) & set(shares))} for name in by_share],
-            "largest_first": first_two[:1] == largest[:1],
-            "order": first_two == largest[:2] if len(first_two) == 2 else None,
+            "largest_first": by_share[:1] == wanted[:1],
+            "order": by_share[:2] == wanted[:2] if len(by_share) > 1 else None,
             "unexplained": bool(diagnosis.get("unexplained")),
             "closed": _closed(label, answer)}
+
+
+def _simpler_causes(diagnosis: dict[str, Any], class_of: ClassOf) -> Callable[[str], set[str]]:
+    """Function from a name to the simpler cause that it contains, where that takes a share.
+
+    Friction that varies over the position is Coulomb friction as well: no log holds two levels.
+    """
+    held: dict[str, set[str]] = {}
+    for row in diagnosis.get("effects", ()):
+        share = row.get("share") or {}
+        if share.get("simpler") and share["as_simpler"] >= SEEN:
+            held.setdefault(class_of(row["effect"]), set()).add(class_of(share["simpler"]))
+    return lambda name: held.get(name, set())
 
 
 def _share(diagnosis: dict[str, Any], name: str, class_of: ClassOf) -> float:

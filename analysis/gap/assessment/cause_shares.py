@@ -18,7 +18,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.fitting.cache import FitCache
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Values
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, Values
 from clie_blocks.analysis.gap.fitting.jacobian import forward_jacobian
 from clie_blocks.analysis.gap.residual.noise import whiten
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel, unweighted
@@ -40,12 +40,19 @@ class Share:
     mean : float
         What it adds on average over the orders in which the causes can be added (Shapley's
         value); these add up to what all of them take together.
+    simpler : str or None
+        Name of the simpler cause that it contains, such as the Coulomb friction of one that
+        varies; None where it contains none.
+    as_simpler : float
+        What the gap would lose, of `last`, with that one in its place.
 
     """
 
     alone: float
     last: float
     mean: float
+    simpler: str | None = None
+    as_simpler: float = 0.0
 
 
 class _Nominal(NamedTuple):
@@ -89,10 +96,20 @@ def shares_of(fit: Fit, nominal: Fit, residuals: ResidualModel) -> dict[str, Sha
     names = sorted({member.cause.name for member in fit.hypothesis.members})
     sets = [frozenset(some) for count in range(len(names) + 1)
             for some in itertools.combinations(names, count)]
-    gap = _gaps(fit, [_without(fit, set(names) - some) for some in sets], nominal, residuals)
+    general = {member.cause.name: member for member in fit.hypothesis.members
+               if member.cause.without}
+    gap = _gaps(fit, [*(_without(fit, set(names) - some) for some in sets),
+                      *(_as_simpler(fit, member) for member in general.values())],
+                nominal, residuals)
     together = min(max(1.0 - max(fit.excess, 0.0) / max(nominal.excess, 1e-9), 0.0), 1.0)
-    share = together * gap / gap[-1] if gap[-1] > 0.0 else 0.0 * gap
-    return cause_shares(names, dict(zip(sets, share)))
+    whole = gap[len(sets) - 1]
+    share = together * gap / whole if whole > 0.0 else 0.0 * gap
+    found = cause_shares(names, dict(zip(sets, share)))
+    for (name, member), of_simpler in zip(general.items(), share[len(sets):]):
+        without_it = share[sets.index(frozenset(names) - {name})]
+        found[name] = dataclasses.replace(found[name], simpler=member.cause.without[0],
+                                          as_simpler=float(of_simpler - without_it))
+    return found
 
 
 def _without(fit: Fit, names: Collection[str]) -> Values:
@@ -103,6 +120,16 @@ def _without(fit: Fit, names: Collection[str]) -> Values:
             if member.cause.name in names and number.neutral is not None:
                 key = f"{member.name}.{number.name}"
                 values[key] = np.full_like(np.asarray(values[key], float), number.neutral)
+    return values
+
+
+def _as_simpler(fit: Fit, member: Member) -> Values:
+    """Values of a hypothesis with the simpler cause that one of its causes contains."""
+    values, (_, *parameters) = dict(fit.hypothesis.values), member.cause.without
+    for number in member.cause.numbers:
+        if number.name in parameters:
+            key = f"{member.name}.{number.name}"
+            values[key] = np.full_like(np.asarray(values[key], float), max(number.lower, 0.0))
     return values
 
 

@@ -70,10 +70,18 @@ def gap_places(answer: Answer) -> list[str]:
 def gap_shares(answer: Answer) -> dict[str, str]:
     """Shares by cause, block and joint in words, largest first; empty where there is none."""
     where = answer.get("where", {})
-    return {"cause": _shares((row["share"]["mean"], effect_title(row["effect"]))
+    return {"cause": _shares((row["share"]["mean"], _title_of_share(row))
                              for row in answer["effects"] if row.get("share")),
             "block": _shares((row["share"], row["block"]) for row in where.get("block", ())),
             "joint": _shares((row["share"], row["name"]) for row in where.get("joint", ()))}
+
+
+def _title_of_share(row: Row) -> str:
+    """Title of a cause, with the simpler one that takes most of its share."""
+    title, share = effect_title(row["effect"]), row["share"]
+    if share.get("simpler") and share["as_simpler"] > 0.5 * share["last"] > 0.0:
+        return f"{title} (most of it as {effect_title(share['simpler'])})"
+    return title
 
 
 def _shares(pairs: Iterable[tuple[float, str]]) -> str:

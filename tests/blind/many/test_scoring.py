@@ -51,6 +51,19 @@ def test_a_name_that_the_logs_do_not_tell_from_the_truth_is_right():
     assert board["precision"]["rate"] == 1.0 and board["recall"]["hits"] == 1
 
 
+def test_friction_that_varies_over_the_position_names_the_coulomb_friction_in_it():
+    """And the order is that of what is named: the two are one cause of the answer."""
+    diagnosis = answer(("position_dependent_friction", 0.9, 0.8), ("backlash", 0.9, 0.3))
+    diagnosis["effects"][0]["share"].update(simpler="coulomb", as_simpler=0.7)
+    _, row = row_of(diagnosis)
+    assert [one["effect"] for one in row["truth"] if one["named"]] == ["coulomb", "backlash"]
+    assert row["order"] and row["largest_first"]
+    assert not row["named"][0]["true"]  # the robot does not have what varies
+    diagnosis["effects"][0]["share"]["as_simpler"] = 0.01
+    _, row = row_of(diagnosis)
+    assert [one["effect"] for one in row["truth"] if one["named"]] == ["backlash"]
+
+
 def test_names_that_are_alike_share_their_probability():
     diagnosis = answer(("coulomb", 0.45, 0.6), ("stribeck", 0.45, 0.6))
     for row, other in zip(diagnosis["effects"], ("stribeck", "coulomb")):

@@ -13,6 +13,7 @@ from clie_blocks.analysis.gap.causes.friction import (
     ASYMMETRIC_COULOMB,
     COULOMB,
     QUADRATIC_DRAG,
+    STRIBECK,
 )
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
@@ -106,3 +107,29 @@ def test_a_cause_that_undoes_another_has_a_negative_share(healthy):
                                    "backward": np.full(3, -0.01)}] * 2))
     assert shares["coulomb"].alone > 1.0 and shares["coulomb"].mean > 1.0
     assert shares["asymmetric_coulomb"].last < 0.0 and shares["asymmetric_coulomb"].mean < 0.0
+
+
+def stribeck(level, excess, *joints):
+    """Friction that rises at low speed."""
+    values = {"level": np.full(3, level), "excess": np.full(3, excess),
+              "velocity": np.full(3, 0.05)}
+    return Member(STRIBECK, joints, values, values)
+
+
+def test_a_share_says_what_the_simpler_cause_takes_that_a_cause_contains(healthy):
+    """Coulomb friction with an excess of nothing is all of it, one without a level nothing."""
+    for level, excess, part in ((0.02, 1e-9, 1.0), (1e-9, 0.02, 0.0)):
+        share = shares_of_members(*healthy, stribeck(level, excess, 0), drag(1e-4, 1))["stribeck"]
+        assert share.simpler == "coulomb" and share.last > 0.1
+        assert share.as_simpler == pytest.approx(part * share.last, abs=1e-6)
+    assert shares_of_members(*healthy, drag(1e-4, 1))["quadratic_drag"].simpler is None
+
+
+def test_a_log_that_was_held_out_counts_as_much_as_a_fitted_one(case):
+    """The joint model is that of the fitted logs, which hardly differs."""
+    robot = case("none")
+    shares = [shares_of_members(*fit_nominal(Problem.from_logs(
+        robot.robot, robot.records, held_out=held_out), METHOD), friction(0.02, 0), drag(1e-4, 1))
+        for held_out in ((), (0,))]
+    for name in ("coulomb", "quadratic_drag"):
+        assert shares[1][name].last == pytest.approx(shares[0][name].last, abs=0.03)

@@ -1,10 +1,12 @@
 """Names that the logs do not tell apart: hypotheses whose models move the robot alike."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from factories import make_fit, make_member, make_problem, make_ranked, make_residual_model
 
-from clie_blocks.analysis.gap.causes import friction, load
+from clie_blocks.analysis.gap.causes import drive, friction, load
 from clie_blocks.analysis.gap.verdict.alike import motion_distance, names_alike
 from clie_blocks.analysis.gap.verdict.posterior import verdict
 
@@ -72,6 +74,34 @@ def test_beside_a_sure_cause_only_the_one_in_doubt_has_names_that_stand_for_it(p
     assert alike(problem, make_ranked("coulomb+spring", 0.6, fit=both),
                  make_ranked("asymmetric_coulomb+spring", 0.4, fit=other)) == (
                      ("coulomb", "asymmetric_coulomb"),)
+
+
+CAUSES = (friction.COULOMB, friction.ASYMMETRIC_COULOMB, drive.ACTUATOR_LAG, drive.TIME_DELAY)
+
+
+def test_friction_of_one_level_stands_for_that_of_two_which_was_not_fitted(problem, coulomb):
+    leading = make_ranked("coulomb", 0.9, fit=coulomb, excess=0.4)
+    residuals = make_residual_model(problem)
+    expected = (("coulomb", "asymmetric_coulomb"),)
+    assert names_alike((leading,), residuals, CAUSES) == expected
+    assert names_alike((leading,), residuals, (friction.COULOMB,)) == ()  # not to be named
+    uneven = dry(problem, forward=0.3, backward=0.25)
+    for left, names in ((7.0, expected), (0.1, ())):  # a false minimum, a better fit
+        other = make_ranked("asymmetric_coulomb", 0.01, fit=uneven, excess=left)
+        assert names_alike((leading, other), residuals, CAUSES) == names
+
+
+@pytest.mark.parametrize("lag, names", [(1e-3, (("actuator_lag", "time_delay"),)), (0.1, ())])
+def test_a_short_lag_beside_others_stands_for_a_delay_that_was_not_fitted(problem, lag, names):
+    def with_lag(problem):
+        return make_fit(problem, make_member(load.SPRING, problem, stiffness=0.1),
+                        make_member(drive.ACTUATOR_LAG, problem, lag=lag))
+
+    elsewhere = with_lag(problem).hypothesis
+    logged = problem.with_log_list([dataclasses.replace(log, q=log.q - elsewhere.error(j))
+                                    for j, log in enumerate(problem.logs)])
+    leading = make_ranked("actuator_lag+spring", 0.9, fit=with_lag(logged))
+    assert names_alike((leading,), make_residual_model(logged), CAUSES) == names
 
 
 def test_names_that_are_alike_lead_together():
