@@ -114,8 +114,6 @@ class Cause:
         Name of the simpler cause that it is when two parameters are equal, and these.
     at_first_joint : str
         Name of the simpler cause that it is when it acts at the first joint only.
-    special_case_of : str
-        Name of the cause that it is, too: as it is searched, that one with a parameter at zero.
     held : dict of str to float
         Parameters of its effect that keep a value of their own.
     of_effect : callable or None
@@ -135,7 +133,6 @@ class Cause:
     without: tuple[str, ...] = ()
     even: tuple[str, ...] = ()
     at_first_joint: str = ""
-    special_case_of: str = ""
     held: Mapping[str, float] = dataclasses.field(default_factory=dict)
     of_effect: Callable[[Problem, Values], EffectValues] | None = None
 

@@ -83,8 +83,13 @@ def _bending_probes(scene: Scene) -> list[Probe]:
     return [Probe({"level": size, "reach": reach + 0 * size}, ("level",)) for reach in _REACHES]
 
 
-DAHL = cause_of(LIBRARY["dahl"], ("level", "reach"), _bending_probes, held={"exponent": 1.0},
-                within={"reach": _REACH}, without=_STIFF_BRISTLES, special_case_of="presliding")
+def _dahl_probes(scene: Scene) -> list[Probe]:
+    return [Probe({**probe.values, "exponent": 1.0 + 0 * scene.torque}, probe.amplitudes)
+            for probe in _bending_probes(scene)]
+
+
+DAHL = cause_of(LIBRARY["dahl"], ("level", "reach", "exponent"), _dahl_probes,
+                within={"reach": _REACH}, without=_STIFF_BRISTLES)
 MAXWELL_SLIP = cause_of(LIBRARY["maxwell_slip"], ("level", "reach"), _bending_probes,
                         within={"reach": _REACH}, without=_STIFF_BRISTLES)
 

@@ -105,7 +105,7 @@ def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequen
         beside = (*members[:k], *members[k + 1:])
         gears = (other_gears(member, beside, leader, residuals)
                  if member.cause in ELASTIC and set(ELASTIC) <= set(causes) else ())
-        for other in (*_other_forms(member, causes), *_other_names(member, residuals.problem),
+        for other in (*_other_forms(member, causes), *similar_members(member, residuals.problem),
                       *gears):
             if other.cause in causes:
                 yield Candidate((*members[:k], other, *members[k + 1:]), 0.0,
@@ -181,8 +181,8 @@ def _other_forms(member: Member, causes: Sequence[Cause]) -> list[Member]:
             and cause.numbers == member.cause.numbers]
 
 
-def _other_names(member: Member, problem: Problem) -> list[Member]:
-    """Other effects that may explain the same, with parameters to start from."""
+def similar_members(member: Member, problem: Problem) -> list[Member]:
+    """Return other effects that may explain the same, with parameters to start from."""
     name = member.cause.name
     if name in _SIMILAR_TIMES:
         number, mean = member.cause.numbers[0].name, _MEAN_OF_LARGEST.get(name, 1.0)
@@ -244,8 +244,9 @@ def _bending_like(member: Member) -> Iterator[Member]:
                  {"level": size, "reach": reach, "bristle_damping": damping + 1e-9})
     for cause in (friction.DAHL, friction.MAXWELL_SLIP):
         equal = _BENDING[cause.name] * reach
-        yield Member(cause, member.joints, {"level": level, "reach": equal},
-                     {"level": size, "reach": equal})
+        sharp = {"exponent": 1.0 + 0.0 * reach} if cause is friction.DAHL else {}
+        yield Member(cause, member.joints, {"level": level, "reach": equal, **sharp},
+                     {"level": size, "reach": equal, **sharp})
 
 
 def _dry_friction_like(member: Member) -> Iterator[Member]:

@@ -12,15 +12,17 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.description import PARAMETRIC, is_number
 from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
+from clie_blocks.analysis.gap.causes.friction import DAHL, PRESLIDING
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.alternatives import similar_members
 from clie_blocks.analysis.gap.search.candidates import fitted_members
 from clie_blocks.analysis.gap.verdict.evidence import Table, contradictions
 from clie_blocks.analysis.gap.verdict.posterior import NONE, SET_PROBABILITY, RankedCause
 
-_TIMES = ACTUATOR_LAG, TIME_DELAY
+_TWINS = {ACTUATOR_LAG, TIME_DELAY}, {DAHL, PRESLIDING}
 _TWIN_STEPS = 4  # of a fit that starts next to where it ends
 
 
@@ -30,9 +32,8 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
 
     One name stands for another where a likely hypothesis holds it in the other's place, and its
     model moves as the leading one: they are closer to each other than a right model is to the
-    robot, see `Calibration.floor`.  A cause that is a special case of another has its name, too,
-    whatever the logs say, see `Cause.special_case_of`.  Beside others the nearest rivals may not
-    have been fitted: they are now.
+    robot, see `Calibration.floor`.  Beside others the nearest rivals may not have been fitted:
+    they are now.
 
     Parameters
     ----------
@@ -52,9 +53,7 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
     leading, floor = ranking[0], residuals.method.calibration.floor
     if leading.fit is None or leading.names == (NONE,):
         return ()
-    alike = {member.cause.name: [member.cause.name, member.cause.special_case_of]
-             for member in leading.fit.hypothesis.members
-             if member.cause.special_case_of and member.cause.name in leading.names}
+    alike: dict[str, list[str]] = {}
     for rival in likely_rivals(ranking):
         gone, new = ({*leading.names} - {*rival.names}, {*rival.names} - {*leading.names})
         if (rival.fit is not None and len(gone) == len(new) == 1
@@ -72,30 +71,31 @@ def _untried_twins(ranking: Sequence[RankedCause], residuals: ResidualModel,
     """Names of the leading hypothesis, and others that move alike, of hypotheses never fitted.
 
     Friction that may differ between the directions need not: a fit that leaves more than with one
-    level has ended in a false minimum.  A lag and a delay of one length are often alike.
+    level has ended in a false minimum.  A lag and a delay of one length are often alike, and so
+    are contacts that bend before they slide.
     """
-    leading = ranking[0]
+    leading, problem = ranking[0], residuals.problem
     left = {frozenset(ranked.names): ranked.excess for ranked in ranking}
-    for member in leading.fit.hypothesis.members if leading.fit is not None else ():
+    members = fitted_members(leading.fit.hypothesis) if leading.fit is not None else ()
+    for member in members:
         name, others = member.cause.name, {*leading.names} - {member.cause.name}
-        for cause in causes if name in leading.names else ():
+        if name not in leading.names:
+            continue
+        for cause in causes:
             of_twin = left.get(frozenset({*others, cause.name}), np.inf)
-            if cause.even[:1] == (name,):
-                if of_twin > leading.excess + residuals.method.calibration.floor:
-                    yield name, cause.name
-            elif (of_twin == np.inf and {cause, member.cause} == {*_TIMES}
-                  and _moves_alike(leading.fit, member, cause, residuals)):
+            if (cause.even[:1] == (name,)
+                    and of_twin > leading.excess + residuals.method.calibration.floor):
                 yield name, cause.name
+        for twin in similar_members(member, problem):
+            if ({twin.cause, member.cause} in _TWINS and twin.cause in causes
+                    and frozenset({*others, twin.cause.name}) not in left
+                    and _moves_alike(leading.fit, [twin if one is member else one
+                                                   for one in members], residuals)):
+                yield name, twin.cause.name
 
 
-def _moves_alike(model: Fit, member: Member, cause: Cause, residuals: ResidualModel) -> bool:
-    """Whether a model with another time in the place of one of its causes moves as it does."""
-    (old,), (new,) = member.cause.numbers, cause.numbers
-    values = model.hypothesis.values[f"{member.name}.{old.name}"]
-    twin = Member(cause, member.joints, {new.name: np.clip(values, new.lower, new.upper)},
-                  {new.name: member.sizes[old.name]})
-    members = [twin if one.cause is member.cause else one
-               for one in fitted_members(model.hypothesis)]
+def _moves_alike(model: Fit, members: Sequence[Member], residuals: ResidualModel) -> bool:
+    """Whether a model with other causes can move as another one does."""
     in_time = dataclasses.replace(residuals, deadline=np.inf)
     rival = fit(build_hypothesis(residuals.problem, members, model.hypothesis), in_time,
                 _TWIN_STEPS)

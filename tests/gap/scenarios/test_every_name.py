@@ -32,7 +32,7 @@ NAMES = {
     "load_dependent_friction": {"level": 0.3, "share": 0.25, **SMOOTH},
     "presliding": {"level": 2.0, "reach": 0.01, "static_ratio": 1.0, "bristle_damping": 4.0,
                    "velocity": 10.0},
-    "dahl": {"level": 2.0, "reach": 0.02},
+    "dahl": {"level": 2.0, "reach": 0.02, "exponent": 1.7},
     "maxwell_slip": {"level": 2.0, "reach": 0.03},
     "position_dependent_friction": {"level": 1.5, "sine": 0.8, "cosine": 0.3, "order": 12.0,
                                     **SMOOTH},

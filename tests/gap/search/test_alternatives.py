@@ -116,7 +116,8 @@ def test_a_second_clock_is_tried_as_its_mean_delay(rubbing):
 def test_contacts_of_the_same_stiffness_are_tried_for_each_other(rubbing):
     residuals, nominal = rubbing
     n = nominal.hypothesis.problem.n
-    dahl = leading(nominal, member(friction.DAHL, n, level=0.1, reach=0.004))
+    dahl = leading(nominal, member(friction.DAHL, n, level=0.1, reach=0.004,
+                                   exponent=1.5))
     slip = swapped(dahl, residuals, "maxwell_slip")
     assert np.all(slip.values["level"] == 0.1) and slip.values["reach"] == pytest.approx(0.008)
     bristles = swapped(leading(nominal, slip), residuals, "presliding").values

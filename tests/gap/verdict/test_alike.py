@@ -116,15 +116,3 @@ def test_an_effect_that_is_alike_with_a_wrong_number_is_not_identified():
     assert verdict(ranking, alike=[("torque_gain_error", "parametric")]) == "not_identifiable"
     beside = [make_ranked("payload+step_fault", 0.7), make_ranked("parametric+step_fault", 0.3)]
     assert verdict(beside, alike=[("payload", "parametric")]) == "effect"
-
-
-def test_a_dahl_contact_of_exponent_1_is_also_presliding_whatever_the_logs_say(problem):
-    fit = make_fit(problem, make_member(friction.DAHL, problem, level=0.3, reach=0.01))
-    sure = make_ranked("dahl", 1.0, fit=fit)
-    assert alike(problem, sure) == (("dahl", "presliding"),)
-    rival = make_fit(problem, make_member(friction.PRESLIDING, problem, level=0.3, reach=0.01,
-                                          bristle_damping=0.0))
-    beside = make_ranked("presliding", 0.4, fit=rival)
-    assert alike(problem, make_ranked("dahl", 0.6, fit=fit), beside) == (("dahl", "presliding"),)
-    bristles = make_ranked("presliding", 1.0, fit=rival)
-    assert alike(problem, bristles) == ()
