@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.search.drive_faults import _best_hold
+from clie_blocks.analysis.gap.search.held_packets import best_hold
 
 PERIOD = 1e-3  # s
 SAMPLES = 18000, 15000, 14000
@@ -52,7 +52,7 @@ def joint_with_holds(seed, length, interval):
     (3, 41, 449.1), (7, 47, 1360.3), (11, 11, 779.0), (17, 18, 304.0), (25, 28, 84.4)])
 def test_the_interval_and_the_length_of_holds_are_those_of_the_drive(seed, length, interval):
     joint, starts = joint_with_holds(seed, length, interval)
-    found = _best_hold(joint).values
+    found = best_hold(joint).values
     assert found["interval"] / PERIOD == pytest.approx(interval, rel=2e-3)
     assert found["hold"] / PERIOD == pytest.approx(length, abs=0.15 * length)
     late = (found["phase"] + starts / interval + 0.5) % 1.0 - 0.5
