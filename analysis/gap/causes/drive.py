@@ -33,11 +33,11 @@ def _recorded(s: State) -> np.ndarray:
 
 
 def _slew_probes(scene: Scene) -> list[Probe]:
-    """Rates that the command exceeds for some shares of the time."""
+    """Rates from the largest of the commands, which a jump exceeds for a sample, to usual ones."""
     steps = np.abs(np.diff(scene.u, axis=0)) / scene.problem.period
-    return [Probe({"rate": np.quantile(steps, 1.0 - share, axis=0) + 1e-9},
-                  sizes={"rate": 0.1 * np.quantile(steps, 1.0 - share, axis=0) + 1e-9})
-            for share in (1e-3, 3e-3, 0.01, 0.03, 0.08, 0.2, 0.4)]
+    usual, largest = np.quantile(steps, 0.6, axis=0) + 1e-9, steps.max(axis=0) + 1e-9
+    return [Probe({"rate": rate}, sizes={"rate": 0.1 * rate})
+            for rate in np.geomspace(0.7 * largest, usual, 10)]
 
 
 def _slewed_as_recorded(torque: Callable[..., np.ndarray]) -> Callable[..., Any]:
