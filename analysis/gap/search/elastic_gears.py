@@ -23,7 +23,9 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
     build_hypothesis,
     chi2_by_joint,
 )
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.candidates import fitted_members
 from clie_blocks.robot_loop.motion import link_share_of_joint
 
 ELASTIC = JOINT_ELASTICITY, STIFFENING_ELASTICITY, TORSIONAL_HYSTERESIS
@@ -31,13 +33,33 @@ _SOFTER = 0.5, 0.7, 0.85, 1.0  # frequencies over that of the elastic gear
 _STIFFENINGS = (*itertools.product((0.5, 1.5, 4.0), (0.15, 0.35, 0.7, 1.2)),
                 (20.0, 1.5), (20.0, 4.0))
 """Stiffenings and knees, these over the RMS torque; the last two are nearly cubic springs."""
-_LEVELS, _REACHES = (0.1, 0.3, 0.7), (0.15, 0.4, 1.0, 2.5)  # over RMS torque, and its twist
+_LEVELS, _REACHES = (0.1, 0.3, 0.7), (0.06, 0.15, 0.4, 1.0, 2.5)  # over RMS torque, its twist
+_LESS_DAMPED = 0.1  # times the damping of the elastic gear, where what slips takes the energy
+_FIRST_STEPS = 4  # of a fit, after which the better of two starts shows
 
 
 def other_gears(member: Member, others: Sequence[Member], leader: Fit, residuals: ResidualModel,
                 ) -> list[Member]:
-    """Elastic gears in the place of one of the members of a fit, each from its best start."""
-    return [_best_start(cause, member, others, leader, residuals) for cause in ELASTIC]
+    """Elastic gears in the place of one of the members of a fit, each from its best start.
+
+    What slips takes energy as a damper does: from the damping that made up for it, its level
+    shrinks to nothing.
+    """
+    gears = [_best_start(cause, member, others, leader, residuals) for cause in ELASTIC]
+    ringing = dataclasses.replace(member, values={
+        **member.values, "damping_ratio": _LESS_DAMPED * member.values["damping_ratio"]})
+    slipping = [gears[-1],
+                _best_start(TORSIONAL_HYSTERESIS, ringing, others, leader, residuals)]
+    return [*gears[:-1], _after_first_steps(slipping, others, leader, residuals)]
+
+
+def _after_first_steps(starts: Sequence[Member], others: Sequence[Member], leader: Fit,
+                       residuals: ResidualModel) -> Member:
+    """That of some members which leaves less after a few steps of its fit, as it is then."""
+    fits = [fit(build_hypothesis(residuals.problem, (*others, start), leader.hypothesis),
+                residuals, _FIRST_STEPS) for start in starts]
+    best = min(fits, key=lambda one: one.cost)
+    return fitted_members(best.hypothesis)[-1]
 
 
 def _best_start(cause: Cause, member: Member, others: Sequence[Member], leader: Fit,
