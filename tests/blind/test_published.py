@@ -123,7 +123,7 @@ def test_the_pages_tell_the_study_of_the_catalogue(catalogue_board):
         assert line in told
     first, unknown = board["top_1"], board["false_unknown"]
     assert f"Of {board['trials']} further robots" in told
-    assert unknown["hits"] == 10 and f"ten of the {unknown['of']} robots" in told
+    assert f"for {unknown['hits']} of the {unknown['of']} robots" in told
     low, high = first["interval"]
     assert (f"{first['rate']:.2f} ({low:.2f} to {high:.2f}) of {first['of']} robots with one "
             "effect were named right") in " ".join(
