@@ -61,12 +61,12 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
             (name,) = gone
             names = alike.setdefault(name, [name])
             names.extend(new - {*names})
-    for name, twin in _untried_twins(ranking, residuals, causes):
+    for name, twin in _untried_twins(leading.fit, ranking, residuals, causes):
         alike.setdefault(name, [name]).append(twin)
     return tuple(tuple(names) for names in alike.values())
 
 
-def _untried_twins(ranking: Sequence[RankedCause], residuals: ResidualModel,
+def _untried_twins(model: Fit, ranking: Sequence[RankedCause], residuals: ResidualModel,
                    causes: Collection[Cause]) -> Iterator[tuple[str, str]]:
     """Names of the leading hypothesis, and others that move alike, of hypotheses never fitted.
 
@@ -74,9 +74,8 @@ def _untried_twins(ranking: Sequence[RankedCause], residuals: ResidualModel,
     level has ended in a false minimum.  A lag and a delay of one length are often alike, and so
     are contacts that bend before they slide.
     """
-    leading, problem = ranking[0], residuals.problem
+    leading, members = ranking[0], fitted_members(model.hypothesis)
     left = {frozenset(ranked.names): ranked.excess for ranked in ranking}
-    members = fitted_members(leading.fit.hypothesis) if leading.fit is not None else ()
     for member in members:
         name, others = member.cause.name, {*leading.names} - {member.cause.name}
         if name not in leading.names:
@@ -86,11 +85,11 @@ def _untried_twins(ranking: Sequence[RankedCause], residuals: ResidualModel,
             if (cause.even[:1] == (name,)
                     and of_twin > leading.excess + residuals.method.calibration.floor):
                 yield name, cause.name
-        for twin in similar_members(member, problem):
+        for twin in similar_members(member, residuals.problem):
             if ({twin.cause, member.cause} in _TWINS and twin.cause in causes
                     and frozenset({*others, twin.cause.name}) not in left
-                    and _moves_alike(leading.fit, [twin if one is member else one
-                                                   for one in members], residuals)):
+                    and _moves_alike(model, [twin if one is member else one for one in members],
+                                     residuals)):
                 yield name, twin.cause.name
 
 
