@@ -83,4 +83,5 @@ def test_what_a_drive_does_cannot_show_in_a_measured_torque(healthy):
             if healthy.law.reaches(cause) and not measured.reaches(cause)}
     assert lost == {"dead_zone", "actuator_saturation", "actuator_lag", "time_delay",
                     "torque_gain_error", "torque_speed_limit", "supply_sag", "motor_heating",
-                    "commutation_ripple", "torque_quantization", "tick_jitter", "packet_hold"}
+                    "commutation_ripple", "torque_quantization", "torque_slew", "tick_jitter",
+                    "packet_hold"}
