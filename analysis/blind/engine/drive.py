@@ -6,6 +6,7 @@ shape (lanes, n).
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.actuators import STEP
 from clie_blocks.analysis.blind.engine.chance import LaneRandom, RandomSwitch
 from clie_blocks.analysis.blind.engine.delay_line import DelayLine
 from clie_blocks.analysis.blind.engine.moment import Moment
@@ -30,6 +31,7 @@ class Drive:
     """
 
     BURST = 0.03  # s, mean length of a loss
+    PARTS = 4  # of a step of the engine, in which a late command may begin
     CONTACT, OPEN = 0.5, 0.015  # s, mean times of a brush that loses its contact
 
     def __init__(self, robot: DrawnRobot, p: Parameters, random: LaneRandom) -> None:
@@ -107,11 +109,14 @@ class Drive:
     def _slip_clock(self, now: Moment) -> np.ndarray:
         """Drive with a clock of its own: its commands are older the further the two have slipped.
 
-        The age grows to ``jitter`` and falls back, ``beat`` times a second.
+        The age grows to ``jitter`` and falls back, ``beat`` times a second.  Commands change
+        within a step of the engine, over which the torque is their mean.
         """
         p = self.p
         age = p["jitter"] * ((p["beat"] * now.t + p["phase"] / (2 * np.pi)) % 1.0)
-        return np.where(p["jitter"] > 0, self.line.held(age, now.t - self.sent), now.u)
+        within = now.t - self.sent + STEP * (np.arange(self.PARTS) + 0.5) / self.PARTS
+        mean = np.mean([self.line.held(age, since) for since in within], axis=0)
+        return np.where(p["jitter"] > 0, mean, now.u)
 
     def _commutate(self, now: Moment) -> np.ndarray:
         """Two windings, of which one gets less current: its sensor reads ``1 + phase_gain``.

@@ -25,7 +25,7 @@ class Use(NamedTuple):
 
 
 class DriveErrors(NamedTuple):
-    """Errors of one joint, sent back to its torque, beside its commands; one per log.
+    """Errors of one joint beside its commands, and the torque that would explain them; per log.
 
     The basis spans what the parameters of the fit explain, of the fitted logs together, and the
     target is the error without it.
@@ -36,7 +36,7 @@ class DriveErrors(NamedTuple):
     errors: list[np.ndarray]
     k: int
     u: list[np.ndarray]
-    back: list[np.ndarray]
+    torque: list[np.ndarray]
     basis: np.ndarray
     target: np.ndarray
 
@@ -62,10 +62,14 @@ class DriveErrors(NamedTuple):
 
     def drop(self, torques: Sequence[np.ndarray]) -> float:
         """Drop of chi^2 by torques (N,) that the drive adds, one per fitted log."""
-        column = np.concatenate([self.columns(j, torque[:, None])[:, 0]
-                                 for j, torque in zip(self.fitted, torques)])
-        column = unexplained(column, self.basis)
-        return float(2 * column @ self.target - column @ column)
+        return self.drop_and_scale_of([self.columns(j, torque[:, None])[:, 0]
+                                       for j, torque in zip(self.fitted, torques)])[0]
+
+    def drop_and_scale_of(self, responses: Sequence[np.ndarray]) -> tuple[float, float]:
+        """Drop of chi^2 by whitened responses (N,), one per fitted log, and the best factor."""
+        column = unexplained(np.concatenate(responses), self.basis)
+        product, energy = float(column @ self.target), float(column @ column)
+        return 2 * product - energy, product / energy if energy > 0.0 else 1.0
 
 
 def drive_errors(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
@@ -75,11 +79,25 @@ def drive_errors(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarra
     joints = []
     for k in range(problem.n):
         basis, of_joint = np.linalg.qr(fitted[k])[0], [of_log[k] for of_log in errors]
-        back = [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
+        torque = [_torque(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
         joints.append(DriveErrors(
-            residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs], back, basis,
+            residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs], torque, basis,
             unexplained(targets[k], basis)))
     return joints
+
+
+def _torque(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: int) -> np.ndarray:
+    """Torque that leaves the error of joint k in log j, as far as noise lets it be seen.
+
+    Without this the loop, which answers most near its bandwidth, would decide what looks alike.
+    """
+    impulse = np.zeros((len(residuals.problem.logs[j]), 1))
+    impulse[len(impulse) // 2] = 1.0
+    response = torque_columns(residuals, fit, j, k, impulse)[:, 0]
+    power = np.abs(np.fft.rfft(sent_back(residuals, fit, response, j, k)))
+    noise = power.mean() / max(float(np.mean(error**2)), 1.0)
+    back = sent_back(residuals, fit, error, j, k)
+    return np.fft.irfft(np.fft.rfft(back) / (power + noise), len(back))
 
 
 def power_of(signals: Sequence[np.ndarray], period: float, highest: float,

@@ -60,7 +60,7 @@ def _refined_hold(joint: DriveErrors, best: Use, step: float) -> Use:
 class _Stretches(NamedTuple):
     """What holding a command for some samples adds, by first sample, in one log.
 
-    Its product with the error, and its energy.
+    Its product with the torque that the error needs, and its energy.
     """
 
     gain: np.ndarray
@@ -69,14 +69,14 @@ class _Stretches(NamedTuple):
 
 def _stretches(joint: DriveErrors, length: int) -> list[_Stretches]:
     """Stretches of a length [samples] in each log."""
-    return [_stretches_in_log(u, back, length) for u, back in zip(joint.u, joint.back)]
+    return [_stretches_in_log(u, torque, length) for u, torque in zip(joint.u, joint.torque)]
 
 
-def _stretches_in_log(u: np.ndarray, back: np.ndarray, length: int) -> _Stretches:
+def _stretches_in_log(u: np.ndarray, torque: np.ndarray, length: int) -> _Stretches:
     before = np.concatenate([[0.0], u[:-1]])[:len(u) - length]
     error, product, command, squared = (
         sums[length:-1] - sums[:-length - 1] for sums in (
-            np.concatenate([[0.0], np.cumsum(x)]) for x in (back, back * u, u, u * u)))
+            np.concatenate([[0.0], np.cumsum(x)]) for x in (torque, torque * u, u, u * u)))
     energy = length * before**2 - 2.0 * before * command + squared
     return _Stretches(before * error - product, np.maximum(energy, 0.0))
 

@@ -16,7 +16,7 @@ class StiffJoint:
     """A joint whose error is the torque that a drive adds, with some noise."""
 
     u: list[np.ndarray]
-    back: list[np.ndarray]
+    torque: list[np.ndarray]
     period: float = PERIOD
     least: float = 0.0
 
@@ -27,14 +27,15 @@ class StiffJoint:
 
     def drop(self, torques):
         """Drop of chi^2 by a torque per fitted log."""
-        return sum(2 * torque @ back - torque @ torque for torque, back in zip(torques, self.back))
+        return sum(2 * added @ torque - added @ added
+                   for added, torque in zip(torques, self.torque))
 
 
 def joint_with_holds(seed, length, interval):
     """Joint whose commands are held for so many samples at an interval [samples]; first samples.
     """
     rng = np.random.default_rng(seed)
-    u, back, starts = [], [], rng.uniform(2.0, interval, len(SAMPLES))
+    u, torque, starts = [], [], rng.uniform(2.0, interval, len(SAMPLES))
     for j, (count, start) in enumerate(zip(SAMPLES, starts)):
         t = PERIOD * np.arange(count)
         lines = np.geomspace(0.06, 3.0, 9) * rng.uniform(0.9, 1.1, 9)
@@ -44,8 +45,8 @@ def joint_with_holds(seed, length, interval):
         for first in np.arange(start, count - length, interval).round().astype(int):
             held[first:first + length] = command[first - 1]
         u.append(command)
-        back.append(held - command + 0.02 * rng.standard_normal(count))
-    return StiffJoint(u, back), starts
+        torque.append(held - command + 0.02 * rng.standard_normal(count))
+    return StiffJoint(u, torque), starts
 
 
 @pytest.mark.parametrize("seed, length, interval", [
