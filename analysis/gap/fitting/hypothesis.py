@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from typing import cast
 
@@ -211,9 +212,13 @@ class Hypothesis:
 
     def means(self, j: int, sets: Sequence[Values]) -> np.ndarray:
         """Positions in log j, decimated, for many sets of values [rad]."""
-        log = self.problem.logs[j]
-        rows = rows_of(log, self.problem.period)
-        return self.simulator.means(log, [self.of_log(j, values) for values in sets], rows.width)
+        return self.means_of_views([j], sets)[0]
+
+    def means_of_views(self, views: Sequence[int], sets: Sequence[Values]) -> list[np.ndarray]:
+        """The same in each of some logs that are views of one run."""
+        logs, own = [self.problem.logs[j] for j in views], (
+            [self.of_log(views[0], values) for values in sets])
+        return self.simulator.means(logs, own, rows_of(logs[0], self.problem.period).width)
 
     def error(self, j: int, dithered: bool = True) -> np.ndarray:
         """Measured less simulated position in log j, shape (N, n) [rad].
@@ -351,11 +356,18 @@ def residuals_of_sets(hypothesis: Hypothesis, sets: Sequence[Values], residuals:
                       logs: Sequence[int] | None = None) -> list[list[np.ndarray]]:
     """Residuals of each joint, one row per set of values, log by log; by default of the fit logs.
 
-    The logs are simulated side by side.
+    The runs are simulated side by side, each once for all its views.
     """
-    logs = range(len(hypothesis.problem.fit)) if logs is None else logs
-    return side_by_side(lambda j: residuals.of_runs(hypothesis.means(j, sets), j), logs,
-                        hypothesis.simulator.threads)
+    problem = hypothesis.problem
+    logs = range(len(problem.fit)) if logs is None else logs
+    views = [list(of_run) for _, of_run in itertools.groupby(logs, key=problem.runs.__getitem__)]
+
+    def residuals_of_run(of_run: list[int]) -> list[list[np.ndarray]]:
+        means = hypothesis.means_of_views(of_run, sets)
+        return [residuals.of_runs(of_view, j) for j, of_view in zip(of_run, means)]
+
+    return [of_log for of_run in side_by_side(residuals_of_run, views,
+                                              hypothesis.simulator.threads) for of_log in of_run]
 
 
 def chi2_by_joint(variants: Sequence[Hypothesis], residuals: ResidualModel, j: int,

@@ -29,8 +29,8 @@ class LoopRunner(Protocol):
     def positions(self, log: Log, sets: Sequence[Values], dithered: bool = True) -> np.ndarray:
         """Measured positions for many sets of parameters, shape (sets, n, N)."""
 
-    def means(self, log: Log, sets: Sequence[Values], width: int) -> np.ndarray:
-        """The same, averaged over `width` neighbouring samples."""
+    def means(self, views: Sequence[Log], sets: Sequence[Values], width: int) -> list[np.ndarray]:
+        """The same of the views of one run, averaged over `width` neighbouring samples."""
 
     def check(self, log: Log) -> None:
         """Refuse a loop that cannot run in the experiment of a log."""

@@ -107,6 +107,8 @@ def source_digest(*packages: str) -> str:
 class CachedProgram(Batches):
     """A program that is known by its description and runs in batches; see `cached_program`.
 
+    Its code is not optimised: the runs of a fit, many of them side by side, gain nothing by that.
+
     Its layout holds indices instead of expressions: these are in the text on disk.
 
     Parameters
@@ -148,7 +150,8 @@ class CachedProgram(Batches):
             if key not in self._engines:
                 entries = [k for k in arranged.record if isinstance(k, int)]
                 text = self._text(entries, memory)
-                self._engines[key] = NativeEngine(arranged, SAMPLED, memory, text)
+                self._engines[key] = NativeEngine(arranged, SAMPLED, memory, text,
+                                                  is_brief=True)
             return self._engines[key]
 
     def _text(self, record: list[int], memory: Memory) -> str:

@@ -7,6 +7,7 @@ folder is this user's alone, and another one is not used.
 import contextlib
 import functools
 import hashlib
+import itertools
 import os
 import stat
 import sys
@@ -16,6 +17,8 @@ from clie_blocks.errors import ClieError
 from clie_blocks.output import write
 
 KEPT = 12000  # files; a study of random robots needs some 120 of each structure
+CHECKED = 50  # of so many files that a process saves, at one it is looked whether there are more
+_saved = itertools.count()
 
 
 def folder() -> Path | None:
@@ -78,11 +81,12 @@ def save(name: str, content: bytes) -> None:
         return
     with contextlib.suppress(ClieError, OSError):
         write(path / f"{name}.bin", hashlib.sha256(content).digest() + content)
-        _forget_oldest(path)
+        if next(_saved) % CHECKED == 0:
+            _forget_oldest(path)
 
 
 def _forget_oldest(path: Path) -> None:
-    """Delete a tenth at once where there are too many: listing all of them takes a while."""
+    """Delete a tenth where there are too many: listing all of them takes a while."""
     names = [name for name in os.listdir(path) if name.endswith(".bin")]
     if len(names) > KEPT:
         files = sorted(map(path.joinpath, names), key=lambda file: file.stat().st_mtime)

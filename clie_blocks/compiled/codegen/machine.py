@@ -28,20 +28,23 @@ class Machine:
         Functions that are called from Python.
     imported : dict, optional
         Address by name of the functions that the code calls, but for those of the C library.
+    is_brief : bool
+        The code runs for about as long as its optimisation would take.
 
     """
 
-    def __init__(self, text: str, names: list[str],
-                 imported: dict[str, int] | None = None) -> None:
+    def __init__(self, text: str, names: list[str], imported: dict[str, int] | None = None,
+                 is_brief: bool = False) -> None:
         with _lock:
             target, jit = _target(), _jit()
-            name = store.key(text, llvmlite.__version__, str(llvm.llvm_version_info),
-                             target.triple, llvm.get_host_cpu_name(),
+            optimised = not is_brief and text.count("\n") < _LARGE
+            name = store.key(text, str(optimised), llvmlite.__version__,
+                             str(llvm.llvm_version_info), target.triple, llvm.get_host_cpu_name(),
                              llvm.get_host_cpu_features().flatten())
             tracker = _linked_from_cache(jit, name, names, imported or {})
             self.cached = tracker is not None
             if tracker is None:
-                code = _compile(text, target)
+                code = _compile(text, target, optimised)
                 tracker = _link(jit, code, names, imported or {})
                 store.save(name, code)
             self._tracker = tracker
@@ -89,12 +92,11 @@ def _jit() -> llvm.LLJIT:
     return _state["jit"]
 
 
-def _compile(text: str, target: llvm.TargetMachine) -> bytes:
+def _compile(text: str, target: llvm.TargetMachine, optimised: bool) -> bytes:
     module = llvm.parse_assembly(text)
     module.verify()
-    is_large = text.count("\n") >= _LARGE
-    options = llvm.create_pipeline_tuning_options(speed_level=0 if is_large else 2)
-    options.loop_vectorization, options.slp_vectorization = True, not is_large
+    options = llvm.create_pipeline_tuning_options(speed_level=2 if optimised else 0)
+    options.loop_vectorization, options.slp_vectorization = True, optimised
     builder = llvm.create_pass_builder(target, options)
     builder.getModulePassManager().run(module, builder)
     return target.emit_object(module)

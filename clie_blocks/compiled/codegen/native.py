@@ -44,18 +44,20 @@ class NativeEngine:
         The Butcher table.
     memory : Memory
         What differs between lanes; by default there is one lane.
-    text : callable
-        Gives the LLVM text of the three, as `module` does.
+    text : str, optional
+        The LLVM text of the three, if it was written before, see `module`.
+    is_brief : bool
+        It runs for about as long as its optimisation would take.
 
     """
 
     def __init__(self, layout: Layout, method: Method, memory: Memory = SINGLE,
-                 text: str | None = None) -> None:
+                 text: str | None = None, is_brief: bool = False) -> None:
         self._board = Switchboard(layout.opaque)
         code = text or module(layout, method, memory)
         called_back = {"opaque": self._board.address} if layout.opaque else {}
         self._machine = Machine(code, ["derivative", "observe", "run"],
-                                called_back | foreign_addresses(code))
+                                called_back | foreign_addresses(code), is_brief)
         self.cached, self._sizes = self._machine.cached, _sizes(layout, memory)
         point = (_REAL, *[_ARRAY] * 4)
         self._derivative = self._machine.function("derivative", *point)

@@ -77,6 +77,7 @@ def test_cache_that_cannot_be_written_is_no_reason_to_stop(loop, tmp_path, monke
 
 def test_oldest_programs_are_forgotten(folder, monkeypatch):
     monkeypatch.setattr(store, "KEPT", 3)
+    monkeypatch.setattr(store, "CHECKED", 1)
     for k in range(6):
         store.save(store.key(str(k)), b"content")
     assert len(list(folder.glob("*.bin"))) == 3

@@ -48,7 +48,7 @@ def test_residuals_of_many_sets_are_those_of_each_error(fitted):
 def test_means_are_those_of_the_positions(fitted):
     model, period = fitted[1].hypothesis, fitted[1].hypothesis.problem.period
     sets = [model.of_log(0, values) for values in (model.values, unstable(model))]
-    means = model.simulator.means(model.problem.logs[0], sets, decimation(period))
+    means, = model.simulator.means(model.problem.logs[:1], sets, decimation(period))
     expected = decimated(model.positions(0, [model.values])[0].T, period).T
     np.testing.assert_allclose(means[0], expected, rtol=0, atol=1e-11)
     assert not np.abs(means[1]).max() < 100.0  # a run that diverges is large or NaN
@@ -62,7 +62,7 @@ def test_means_of_a_slow_log_are_those_of_its_samples(fitted, stride, width):
     slow = dataclasses.replace(
         log, stride=stride, **{name: getattr(log, name)[:whole]
                                for name in ("q", "u", "q_d", "pe", "dither")})
-    means = model.simulator.means(slow, [model.of_log(0)], width)
+    means, = model.simulator.means([slow], [model.of_log(0)], width)
     every = model.positions(0, [model.values])[..., :whole]
     expected = Rows(stride, width).of_samples(every[0].T).T
     np.testing.assert_allclose(means[0], expected, rtol=0, atol=1e-11)

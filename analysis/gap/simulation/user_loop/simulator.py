@@ -203,11 +203,15 @@ class LoopSimulator:
             log=self.program.outputs[:self.law.ports.n])
         return runs.outputs[:, :, :len(log)]
 
-    def means(self, log: Log, sets: Sequence[Values], width: int) -> np.ndarray:
-        """Positions for many sets, averaged over `width` neighbouring samples."""
+    def means(self, views: Sequence[Log], sets: Sequence[Values], width: int) -> list[np.ndarray]:
+        """Positions for many sets, averaged over `width` neighbouring samples.
+
+        A run in the user's loop has one view.
+        """
+        log, = views
         runs = self.positions(log, sets)
         rows = runs.shape[-1] // width
-        return runs[..., :rows * width].reshape(*runs.shape[:2], rows, width).mean(axis=-1)
+        return [runs[..., :rows * width].reshape(*runs.shape[:2], rows, width).mean(axis=-1)]
 
     def _parameters(self, values: Values) -> dict[str, np.ndarray]:
         """Parameters of the causes and the joints; those of the loop stay as they are."""
