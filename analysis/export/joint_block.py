@@ -12,7 +12,6 @@ model.  A joint with an elastic or loose gear keeps its motor inside: q and dq a
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +34,7 @@ from clie_blocks.robot_loop.dynamics import (
     opposing_torque,
 )
 from clie_blocks.robot_loop.links import no_links
-from clie_blocks.robot_loop.pieces import Late, pieces_of
+from clie_blocks.robot_loop.pieces import delay_samples, pieces_of, with_delay_line
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem
@@ -124,7 +123,8 @@ class JointBlock:
     @property
     def pieces(self) -> NamedPieces:
         """What the effects add, each delay with as many samples as it needs."""
-        return [(setting.name, _long_enough(piece, self._values(setting), self.step))
+        return [(setting.name, with_delay_line(
+                    piece, 1 + delay_samples(piece, self._values(setting), self.step)))
                 for setting in self.effects
                 for piece in pieces_of(OF_LINKS if setting.effect.name in self.of_links
                                        else setting.effect,
@@ -317,14 +317,6 @@ def _at_joint(act: Callable[..., Any], k: int, robot: tuple[np.ndarray, ...],
         return whole[k:k + 1], z
 
     return act_at_joint
-
-
-def _long_enough(piece: Piece, values: Mapping[str, np.ndarray], step: float) -> Piece:
-    """A piece whose delay line is as long as its delay."""
-    if not isinstance(piece.act, Late):
-        return piece
-    longest = float(values[piece.act.longest][0])
-    return dataclasses.replace(piece, states=math.ceil(longest / step - 1e-9) + 1)
 
 
 def _unpack(x: np.ndarray, rows: Mapping[str, int], pieces: NamedPieces) -> Memory:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Callable, Collection, Mapping
 from hashlib import sha256
 from inspect import signature
@@ -293,6 +294,21 @@ def _of_two_bodies(build: TwoBodies, effect: Effect, constants: Constants) -> tu
 def _of_delay(build: DelayLine, effect: Effect, constants: Constants) -> tuple[Piece, ...]:
     return (Piece(_PORTS[effect.port], Late(build.delay, build.ports, constants, build.longest),
                   states=DELAY_TAPS),)
+
+
+def with_delay_line(piece: Piece, samples: int) -> Piece:
+    """Return a piece whose delay line, if it has one, recalls so many samples.
+
+    What a longer delay asks for is zero.
+    """
+    return dataclasses.replace(piece, states=samples) if isinstance(piece.act, Late) else piece
+
+
+def delay_samples(piece: Piece, values: Mapping[str, np.ndarray], period: float) -> int:
+    """Return how many samples a piece recalls with some parameters; 0 if it delays nothing."""
+    if not isinstance(piece.act, Late):
+        return 0
+    return math.ceil(float(np.max(values[piece.act.longest])) / period - 1e-9)
 
 
 def _is_idle(kernel: Kernel, effect: Effect) -> bool:

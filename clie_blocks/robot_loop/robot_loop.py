@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from clie_blocks.effects.effect import Setting
 from clie_blocks.labels import DiagramError
 from clie_blocks.robot_loop.block import LoopBlock, Structure
+from clie_blocks.robot_loop.dynamics import DELAY_TAPS
 from clie_blocks.robot_loop.links import Links, no_links
-from clie_blocks.robot_loop.pieces import pieces_of
+from clie_blocks.robot_loop.pieces import delay_samples, pieces_of, with_delay_line
 from clie_blocks.robot_loop.sampled_law import PARAMETERS, sampled_law
 from clie_blocks.signals import vector
 
@@ -61,7 +62,8 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
     encoder_on_motor : bool
         The encoder sits on the motor, before a soft or loose gear; by default behind it.
     effects : list of Setting
-        Effects with their parameters.
+        Effects with their parameters.  A run may set a longer delay up to sixty samples; what it
+        asks for beyond is zero.
     law : control.InputOutputSystem, optional
         Any law in the place of PD, in discrete time: inputs q_d[k], q[k] [rad] and, if it takes
         them, pe[k] [N m], dq[k] [rad/s] and tau[k] [N m], the torque that the drive gave in the
@@ -114,7 +116,9 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
     shape = Structure(n, period, carried.layout,
                       bool(np.any(values["saturation"] < UNLIMITED)), encoder_on_motor,
                       law=sampled, supplied=supplied)
-    pieces = [(label, piece) for label, setting in chosen.items()
+    pieces = [(label, with_delay_line(piece, max(DELAY_TAPS, delay_samples(
+                  piece, setting.vectors(n), period))))
+              for label, setting in chosen.items()
               for piece in pieces_of(setting.effect, [p.name for p in setting.effect.parameters])]
     names = {label: tuple(p.name for p in setting.effect.parameters)
              for label, setting in chosen.items()}

@@ -65,6 +65,15 @@ def test_it_converges_to_the_continuous_diagram_with_the_first_order(name):
     assert np.all(np.abs(orders - 1.0) < 0.15), (errors, orders)
 
 
+@pytest.mark.parametrize("period", [1e-3, 5e-4, 2e-4])
+def test_a_delay_of_many_samples_is_that_of_few(period):
+    delayed = [LIBRARY["time_delay"](delay=0.045)]
+    coarse_t, coarse_q = sampled_run(2e-3, 2.0, delayed)
+    t, q = sampled_run(period, 2.0, delayed)
+    assert np.interp(coarse_t, t, q) == pytest.approx(coarse_q, abs=5e-4)
+    assert np.ptp(q) > 0.4
+
+
 HOLD = 2e-2  # s, of the driving torque
 TORQUE = np.sin(2.0 * HOLD * np.arange(150))
 

@@ -21,14 +21,14 @@ from clie_blocks.compiled.cache.cached_program import cached_program, source_dig
 from clie_blocks.errors import DivergedError
 from clie_blocks.robot_loop.block import LoopBlock, Structure
 from clie_blocks.robot_loop.dynamics import ActingCause, Values
-from clie_blocks.robot_loop.pieces import Late
+from clie_blocks.robot_loop.pieces import Late, with_delay_line
 from clie_blocks.robot_loop.sampled_law import PARAMETERS, TORQUE
 
 if TYPE_CHECKING:
     from clie_blocks.compiled import Program
     from clie_blocks.compiled.cache.cached_program import CachedProgram
 
-SHORT_DELAY_TAPS = 20  # samples of a delay line that is long enough for most robots
+TAPS = 20  # samples of the shortest delay line, enough for most robots; others double it
 
 
 def structure(problem: Problem) -> Structure:
@@ -96,7 +96,7 @@ class Simulator:
     @property
     def threads(self) -> int | None:
         """Threads in which it may run; one where blocks are called back."""
-        return None if self.program.lanes > 1 else 1
+        return None if self.for_delays(0.0).program.lanes > 1 else 1
 
     @property
     def _identity(self) -> str:
@@ -165,7 +165,10 @@ class Simulator:
 
         What lies further back in a line is multiplied by zero, and moving it is most of a step.
         """
-        return self._short if longest <= SHORT_DELAY_TAPS * self.shape.period else self
+        samples = TAPS
+        while samples * self.shape.period < longest * (1.0 - 1e-9):
+            samples *= 2
+        return self._with_delay_lines(samples) if self.delays else self
 
     @functools.cached_property
     def delays(self) -> tuple[str, ...]:
@@ -173,11 +176,15 @@ class Simulator:
         return tuple(f"{name}.{piece.act.longest}" for name, piece in self.block.pieces
                      if isinstance(piece.act, Late))
 
+    def _with_delay_lines(self, samples: int) -> Simulator:
+        if samples not in self._by_delay_lines:
+            pieces = tuple((name, with_delay_line(piece, samples))
+                           for name, piece in self.block.pieces)
+            self._by_delay_lines[samples] = Simulator(
+                dataclasses.replace(self.block, pieces=pieces))
+        return self._by_delay_lines[samples]
+
     @functools.cached_property
-    def _short(self) -> Simulator:
-        if not self.delays:
-            return self
-        pieces = tuple((name, dataclasses.replace(piece, states=SHORT_DELAY_TAPS)
-                        if isinstance(piece.act, Late) else piece)
-                       for name, piece in self.block.pieces)
-        return Simulator(dataclasses.replace(self.block, pieces=pieces))
+    def _by_delay_lines(self) -> dict[int, Simulator]:
+        """The simulator with the delay lines that it was asked for, by their samples."""
+        return {}

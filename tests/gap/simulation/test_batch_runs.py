@@ -13,7 +13,7 @@ from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.residual.noise import Rows, decimated, decimation
-from clie_blocks.analysis.gap.simulation.closed_loop import SHORT_DELAY_TAPS
+from clie_blocks.analysis.gap.simulation.closed_loop import TAPS
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 
 
@@ -69,13 +69,14 @@ def test_means_of_a_slow_log_are_those_of_its_samples(fitted, stride, width):
 
 
 @pytest.mark.parametrize("cause", [TIME_DELAY, ENCODER_DELAY])
-@pytest.mark.parametrize("samples", [7.3, SHORT_DELAY_TAPS, SHORT_DELAY_TAPS + 0.5])
-def test_a_delay_line_is_as_long_as_a_delay_needs(healthy, cause, samples):
+@pytest.mark.parametrize(("samples", "taps"), [
+    (7.3, TAPS), (TAPS, TAPS), (TAPS + 0.5, 2 * TAPS), (2.5 * TAPS, 4 * TAPS)])
+def test_a_delay_line_is_as_long_as_a_delay_needs(healthy, cause, samples, taps):
     delay = {"delay": samples * healthy.period * np.ones(healthy.n)}
     model = build_hypothesis(healthy, (Member(cause, tuple(range(healthy.n)), delay, delay),))
     log, simulator = healthy.logs[0], model.simulator
     chosen = simulator.for_delays(samples * healthy.period)
-    assert (chosen is simulator) == (samples > SHORT_DELAY_TAPS)
+    assert chosen.block.pieces[0][1].states == taps
     with_full_line = np.stack(simulator.program.batch(
         len(log) * healthy.period, inputs=np.hstack([log.q_d, log.pe, log.dither]),
         initial_state=simulator.initial_state(log, log.start, model.values), threads=1, log=["q"],
