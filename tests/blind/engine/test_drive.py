@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.blind.engine.actuators import STEP
 from clie_blocks.analysis.blind.engine.drive import Drive
 from clie_blocks.analysis.blind.engine.moment import Moment
 
@@ -63,8 +64,10 @@ def test_commands_of_a_second_clock_are_as_old_as_its_slip(quiet_robot, one_lane
         t = i * robot.period
         drive(t, i * ONE)
         age = 8e-3 * ((5.0 * t) % 1)
-        held = max(i - np.ceil(age / robot.period - 1e-9), 0)
-        assert drive.torque(Moment(t, ONE, ONE, i * ONE))[0, 0] == held
+        since = STEP * (np.arange(40) + 0.5) / 40  # the instants of a step of the engine
+        held = np.clip(i - np.ceil((age - since) / robot.period - 1e-9).clip(0), 0, None)
+        torque = drive.torque(Moment(t, ONE, ONE, i * ONE))[0, 0]
+        assert torque == pytest.approx(held.mean(), abs=0.5 / drive.PARTS)
 
 
 def test_a_busy_bus_holds_the_command_for_its_share_of_the_time(quiet_robot, one_lane):
