@@ -121,6 +121,8 @@ class SearchMethod:
         "160, the largest of harmonic drives")
     ripple_lines: int = threshold(
         3, "orders", "that are tried, with the strongest of each octave")
+    ripple_lines_of_log: int = threshold(
+        2, "orders", "of each log that are tried as well")
 
     budget_share: float = threshold(
         0.8, "share of the budget of a diagnosis",

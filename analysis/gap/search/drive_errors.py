@@ -9,7 +9,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.events import torque_columns
-from clie_blocks.analysis.gap.search.ripple_spectrum import sent_back
+from clie_blocks.analysis.gap.search.ripple_spectrum import needed_torque
 from clie_blocks.analysis.gap.search.screening import unexplained
 
 _LINES = 6  # of a spectrum that are looked at
@@ -79,25 +79,11 @@ def drive_errors(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarra
     joints = []
     for k in range(problem.n):
         basis, of_joint = np.linalg.qr(fitted[k])[0], [of_log[k] for of_log in errors]
-        torque = [_torque(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
+        torque = [needed_torque(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
         joints.append(DriveErrors(
             residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs], torque, basis,
             unexplained(targets[k], basis)))
     return joints
-
-
-def _torque(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: int) -> np.ndarray:
-    """Torque that leaves the error of joint k in log j, as far as noise lets it be seen.
-
-    Without this the loop, which answers most near its bandwidth, would decide what looks alike.
-    """
-    impulse = np.zeros((len(residuals.problem.logs[j]), 1))
-    impulse[len(impulse) // 2] = 1.0
-    response = torque_columns(residuals, fit, j, k, impulse)[:, 0]
-    power = np.abs(np.fft.rfft(sent_back(residuals, fit, response, j, k)))
-    noise = power.mean() / max(float(np.mean(error**2)), 1.0)
-    back = sent_back(residuals, fit, error, j, k)
-    return np.fft.irfft(np.fft.rfft(back) / (power + noise), len(back))
 
 
 def power_of(signals: Sequence[np.ndarray], period: float, highest: float,

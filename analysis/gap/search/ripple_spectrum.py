@@ -72,10 +72,10 @@ def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
         _Kind(POSITION_DEPENDENT_FRICTION, lambda j, k: forward[j][:, k],
               others=lambda size: {"level": size}))
     travel = np.ptp(np.concatenate([log.q for log in problem.fit]), axis=0)
-    for kind in kinds:
-        if kind.cause not in causes:
-            continue
-        by_joint = [_strongest_ripple(residuals, fit, errors, k, kind) for k in range(problem.n)]
+    needed = [[needed_torque(residuals, fit, errors[j][k], j, k) for j in range(len(logs))]
+              for k in range(problem.n)]
+    for kind, by_joint in _strongest_by_kind(
+            residuals, fit, errors, [kind for kind in kinds if kind.cause in causes], needed):
         drop, order, sine, cosine = (np.array(column) for column in zip(*by_joint))
         size = np.hypot(sine, cosine) + 1e-12
         others = kind.others(size)
@@ -85,16 +85,37 @@ def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
     return found
 
 
+def _strongest_by_kind(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
+                       kinds: Sequence[_Kind], needed: Sequence[Sequence[np.ndarray]],
+                       ) -> list[tuple[_Kind, list[_Ripple]]]:
+    """Each kind with the strongest ripple of each joint, of the orders of all kinds."""
+    of_kinds = [[_strongest_ripple(residuals, fit, errors, k, kind, needed[k])
+                 for k in range(residuals.problem.n)] for kind in kinds]
+    shared = [{of_kind[k].order for of_kind in of_kinds} for k in range(residuals.problem.n)]
+    return [(kind, [max([own, *(_fitted_ripple(residuals, fit, errors, k, order, kind)
+                                for order in shared[k] - {own.order})], key=_drop_of)
+                    for k, own in enumerate(of_kind)]) for kind, of_kind in zip(kinds, of_kinds)]
+
+
+def _drop_of(ripple: _Ripple) -> float:
+    """Drop of chi^2 by a ripple."""
+    return ripple.drop
+
+
 def _strongest_ripple(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,
-                      kind: _Kind) -> _Ripple:
-    orders = _strongest_orders(residuals, fit, errors, k, kind)
+                      kind: _Kind, needed: Sequence[np.ndarray]) -> _Ripple:
+    orders = _strongest_orders(residuals, fit, errors, k, kind, needed)
     return max((_fitted_ripple(residuals, fit, errors, k, order, kind) for order in orders),
-               key=lambda ripple: ripple.drop)
+               key=_drop_of)
 
 
 def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,
-                      kind: _Kind) -> list[float]:
-    """Orders of the strongest lines of joint k."""
+                      kind: _Kind, needed: Sequence[np.ndarray]) -> list[float]:
+    """Orders of the strongest lines of joint k, in all logs together and in each of them.
+
+    A log in which a joint rests at a few poses may leave most of all, and tells orders least.  So
+    each log counts for itself, by the torque that its error needs.
+    """
     problem, method = residuals.problem, residuals.method.search
     top = max(highest_order(problem.gear_ratio[k], method), kind.most)
     width = np.pi / (2.0 * top)  # of a class of pose
@@ -103,17 +124,27 @@ def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
     classes = int(travel / width) + 1
     padded = 1 << int(np.ceil(np.log2(8 * classes + 64)))
     orders = 2 * np.pi * np.arange(padded // 2) / (padded * width)
+    lowest = 2 * np.pi * method.ripple_least_waves / (travel + width)
+    beyond, apart = (orders < lowest) | (orders > top), padded // classes
     product, power = np.zeros(padded // 2, complex), np.zeros(padded // 2)
+    lines = set[float]()
     for j, log in enumerate(problem.fit):
         torque = kind.course(j, k)
-        back = torque * sent_back(residuals, fit, errors[j][k], j, k)
         pose_class = ((log.q[:, k] - start) / width).astype(int)
-        product = product + np.fft.fft(np.bincount(pose_class, back, padded))[:padded // 2]
+        back = torque * sent_back(residuals, fit, errors[j][k], j, k)
+        product = product + _by_order(back, pose_class, padded)
         power = power + _response_power(residuals, fit, j, k, orders, torque)
+        alone = np.abs(_by_order(torque * needed[j], pose_class, padded))
+        alone[beyond] = 0.0
+        lines |= _strongest_apart(orders, alone, apart, method.ripple_lines_of_log)
     score = np.abs(product) ** 2 / (power + 1e-3 * np.max(power))
-    lowest = 2 * np.pi * method.ripple_least_waves / (travel + width)
-    score[(orders < lowest) | (orders > top)] = 0.0
-    return strongest_lines(orders, score, padded // classes, method.ripple_lines)
+    score[beyond] = 0.0
+    return sorted(lines | strongest_lines(orders, score, apart, method.ripple_lines))
+
+
+def _by_order(of_samples: np.ndarray, pose_class: np.ndarray, padded: int) -> np.ndarray:
+    """Spectrum over the pose of what is gathered in classes of it."""
+    return np.fft.fft(np.bincount(pose_class, of_samples, padded))[:padded // 2]
 
 
 def highest_order(gear_ratio: float, method: SearchMethod) -> float:
@@ -127,17 +158,21 @@ def highest_order(gear_ratio: float, method: SearchMethod) -> float:
     return max(method.ripple_most_per_motor_turn * gear_ratio, per_turn)
 
 
-def strongest_lines(orders: np.ndarray, score: np.ndarray, apart: int, count: int) -> list[float]:
+def strongest_lines(orders: np.ndarray, score: np.ndarray, apart: int, count: int) -> set[float]:
     """Orders of the strongest lines, and of the strongest of each octave.
 
     Where the loop hardly responds, at its top, what other causes leave passes for lines.
     """
-    score, lines = score.copy(), _strongest_by_octave(orders, score)
+    return _strongest_by_octave(orders, score) | _strongest_apart(orders, score, apart, count)
+
+
+def _strongest_apart(orders: np.ndarray, score: np.ndarray, apart: int, count: int) -> set[float]:
+    score, lines = score.copy(), set[float]()
     for _ in range(count):
         best = int(np.argmax(score))
         lines.add(orders[best])
         score[max(best - apart, 0):best + apart + 1] = 0.0
-    return sorted(lines)
+    return lines
 
 
 def _strongest_by_octave(orders: np.ndarray, score: np.ndarray) -> set[float]:
@@ -159,6 +194,21 @@ def sent_back(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: 
     back[::rows.stride][:samples] = np.repeat(slow / rows.width, rows.width)
     b, a = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
     return lfilter(b, a, back[::-1])[::-1]
+
+
+def needed_torque(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: int,
+                  ) -> np.ndarray:
+    """Torque that leaves the error of joint k in log j, as far as noise lets it be seen.
+
+    Without this the loop, which answers most near its bandwidth, would decide what looks alike.
+    """
+    impulse = np.zeros((len(residuals.problem.logs[j]), 1))
+    impulse[len(impulse) // 2] = 1.0
+    response = torque_columns(residuals, fit, j, k, impulse)[:, 0]
+    power = np.abs(np.fft.rfft(sent_back(residuals, fit, response, j, k)))
+    noise = power.mean() / max(float(np.mean(error**2)), 1.0)
+    back = sent_back(residuals, fit, error, j, k)
+    return np.fft.irfft(np.fft.rfft(back) / (power + noise), len(back))
 
 
 def _response_power(residuals: ResidualModel, fit: Fit, j: int, k: int, orders: np.ndarray,

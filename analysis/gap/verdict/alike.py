@@ -11,7 +11,13 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.description import PARAMETRIC, is_number
-from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
+from clie_blocks.analysis.gap.causes.drive import (
+    ACTUATOR_LAG,
+    COMMUTATION_RIPPLE,
+    GEAR_MESH_RIPPLE,
+    TIME_DELAY,
+    TORQUE_RIPPLE,
+)
 from clie_blocks.analysis.gap.causes.friction import DAHL, PRESLIDING
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
@@ -22,7 +28,8 @@ from clie_blocks.analysis.gap.search.candidates import fitted_members
 from clie_blocks.analysis.gap.verdict.evidence import Table, contradictions
 from clie_blocks.analysis.gap.verdict.posterior import NONE, SET_PROBABILITY, RankedCause
 
-_TWINS = {ACTUATOR_LAG, TIME_DELAY}, {DAHL, PRESLIDING}
+_TWINS = ({ACTUATOR_LAG, TIME_DELAY}, {DAHL, PRESLIDING}, {TORQUE_RIPPLE, GEAR_MESH_RIPPLE},
+          {COMMUTATION_RIPPLE, GEAR_MESH_RIPPLE})
 _TWIN_STEPS = 4  # of a fit that starts next to where it ends
 
 
