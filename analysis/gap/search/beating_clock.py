@@ -156,15 +156,19 @@ def _with_best_beat(joint: DriveErrors, use: Use) -> Use:
 
 def _with_best_spread(joint: DriveErrors, use: Use) -> Use:
     """Spread that explains most, where what it adds grows with it."""
-    _, scale = joint.drop_and_scale_of([_response(joint, use.values, j, use.values["phase"][j])
-                                        for j in joint.fitted])
+    _, scale = _drop_and_scale(joint, use.values)
     spread = min(float(use.values["spread"] * np.clip(scale, *_SCALES)), LONGEST_DELAY)
     return max(use, _use(joint, {**use.values, "spread": spread}), key=drop_of)
 
 
 def _use(joint: DriveErrors, values: dict[str, float | np.ndarray]) -> Use:
-    return Use(joint.drop_and_scale_of([_response(joint, values, j, values["phase"][j])
-                                        for j in joint.fitted])[0], values)
+    return Use(_drop_and_scale(joint, values)[0], values)
+
+
+def _drop_and_scale(joint: DriveErrors, values: Values) -> tuple[float, float]:
+    phases = np.asarray(values["phase"])
+    return joint.drop_and_scale_of([_response(joint, values, j, phases[j])
+                                    for j in joint.fitted])
 
 
 def _response(joint: DriveErrors, values: Values, j: int, phase: float) -> np.ndarray:
