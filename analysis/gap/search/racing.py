@@ -160,7 +160,13 @@ def starts_far_behind(start: Fit, leader: Fit, nominal: Fit, method: Method) -> 
 
 
 def is_needed(leader: Fit, part: Sequence[Member], nominal: Fit, method: Method) -> bool:
-    """Whether a leader is predicted to be far worse without some causes than with them.
+    """Whether a leader is predicted to be far worse without some causes than with them."""
+    limit = pruning_limit(training_excess(leader), training_excess(nominal), method)
+    return training_excess(leader, -predicted_loss(leader, part)) > limit
+
+
+def predicted_loss(leader: Fit, part: Sequence[Member]) -> float:
+    """Rise of chi^2 if a leader keeps a part of its causes; infinite where that cannot be told.
 
     That is linear: the other parameters follow as the Jacobian of the leader says.
     """
@@ -172,15 +178,13 @@ def is_needed(leader: Fit, part: Sequence[Member], nominal: Fit, method: Method)
             for i, parameter in enumerate(leader.hypothesis.free_parameters)
             if parameter.key in neutral]
     if not lost:
-        return True
+        return np.inf
     indices, change = [i for i, _ in lost], np.array([value for _, value in lost])
     covariance = leader.covariance[np.ix_(indices, indices)]
     deviations = np.sqrt(np.diag(covariance)).clip(min=1e-150)
     correlation = covariance / np.outer(deviations, deviations)
     change = change / deviations
-    cost = change @ np.linalg.pinv(correlation, hermitian=True) @ change
-    limit = pruning_limit(training_excess(leader), training_excess(nominal), method)
-    return training_excess(leader, -float(cost)) > limit
+    return float(change @ np.linalg.pinv(correlation, hermitian=True) @ change)
 
 
 def can_compete(candidate: Candidate, best: Fit, method: Method) -> bool:

@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.search.candidates import (
     of_each_joint,
 )
 from clie_blocks.analysis.gap.search.contest import Contest, distinct, least, not_fitted, total
+from clie_blocks.analysis.gap.search.fewer import without_idle_causes
 from clie_blocks.analysis.gap.search.file_numbers import (
     number_beside,
     with_coupled_number,
@@ -60,7 +61,7 @@ def search_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause
     improved = search.with_neighbours(screen, fits)
     if improved and search.leader(improved) not in fits:
         improved = search.with_wrong_numbers(screen, improved)
-    return SearchResult(search.with_simpler(improved), is_complete)
+    return SearchResult(search.without_idle_causes(search.with_simpler(improved)), is_complete)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -207,6 +208,12 @@ class _Search(Contest):
         simpler = distinct(simpler_candidates(likely, fits, self.causes, self.residuals))
         return fits if not simpler else fits + self.steps.race(
             self.residuals, self.nominal, simpler, len(simpler))
+
+    def without_idle_causes(self, fits: list[Fit]) -> list[Fit]:
+        """Fits, and the leading set without causes that it does not need, if the time is over."""
+        if not fits or not self.residuals.is_out_of_time:
+            return fits
+        return fits + without_idle_causes(self.leader(fits), fits, self.nominal, self.residuals)
 
     def with_neighbours(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
         """Fits, and the neighbours of the leading set: one cause more, and one exchanged.
