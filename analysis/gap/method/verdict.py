@@ -59,6 +59,9 @@ class VerdictMethod:
         0.3, "of what an effect explains per sample while it acts",
         "that a model may leave before a fault sets in or a limit is met: what is wrong before is "
         "something else")
+    held_packets_leave: float = threshold(
+        0.05, "of what held packets explain",
+        "that they may leave: what they add is known to the sample from the logged commands")
     least_rows_before: int = threshold(
         100, "whitened samples",
         "before an effect acts: fewer, about a second, show little of what was there before")

@@ -12,6 +12,7 @@ from clie_blocks.analysis.gap.causes.drive import (
     ACTUATOR_SATURATION,
     COMMUTATION_RIPPLE,
     GEAR_MESH_RIPPLE,
+    PACKET_HOLD,
     TORQUE_RIPPLE,
     counts_motor_turns,
 )
@@ -56,6 +57,8 @@ def _shows_mark(hypothesis: Hypothesis, member: Member, residuals: ResidualModel
                 or _is_seen_in_motion(hypothesis, member, residuals))
     if member.cause is SOFT_STOP:
         return _is_at_the_ends(hypothesis, member, method)
+    if member.cause is PACKET_HOLD:
+        return _leaves_nearly_nothing(hypothesis, member, residuals)
     return True
 
 
@@ -163,6 +166,27 @@ def _is_right_before(hypothesis: Hypothesis, member: Member, residuals: Residual
         return True
     share = residuals.method.verdict.right_before
     return before / rows_before <= share * gained / rows_after
+
+
+def _leaves_nearly_nothing(hypothesis: Hypothesis, holds: Member, residuals: ResidualModel,
+                           ) -> bool:
+    """Whether held packets leave next to nothing of what they explain, at the joints they act on.
+
+    Kicks of another origin, such as contacts that come again and again, they match in part.
+    """
+    method, problem = residuals.method, hypothesis.problem
+    without = hypothesis.with_values(_neutral(hypothesis, holds))
+    gained, left, rows = np.zeros((3, problem.n))
+    for j in range(len(problem.fit)):
+        with_holds = residuals.whitened(hypothesis.error(j), j)
+        all_of_it = residuals.whitened(without.error(j), j)
+        for k in holds.joints:
+            left[k] += np.sum(with_holds[k] ** 2 - 1.0)
+            gained[k] += np.sum(all_of_it[k] ** 2 - with_holds[k] ** 2)
+            rows[k] += len(with_holds[k])
+    most = np.maximum(method.verdict.held_packets_leave * gained,
+                      method.calibration.healthy * rows)
+    return bool(np.all(left <= most, where=acting(gained, method.verdict)))
 
 
 def _neutral(hypothesis: Hypothesis, member: Member) -> dict[str, np.ndarray]:

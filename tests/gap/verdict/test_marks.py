@@ -162,3 +162,13 @@ def test_a_log_in_motion_decides_what_short_waves_at_rest_are(waves_in_motion):
     logs = [log if waves_in_motion or j < len(STEPS) else plain for j, (log, plain) in enumerate(
         zip(ran(problem, ripple).logs, ran(problem).logs))]
     assert marked(problem.with_log_list(logs), ripple) is waves_in_motion
+
+
+def test_held_packets_leave_nothing_but_what_other_causes_explain():
+    problem = make_problem(SWAY, period=PERIOD)
+    holds = make_member(drive.PACKET_HOLD, problem, hold=0.3, interval=2.5, phase=0.2)
+    rubbing = make_member(friction.COULOMB, problem, level=0.3)
+    assert marked(ran(problem, holds), holds)
+    both = ran(problem, holds, rubbing)
+    assert not marked(both, holds)
+    assert marked(both, holds, rubbing)
