@@ -6,6 +6,7 @@ at its start and the oldest at its end.  The spectra of these signals at the har
 give what it explains for every beat and every phase at once, as a matched filter does.
 """
 
+import operator
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -21,7 +22,8 @@ _HARMONICS = 4
 _PHASES = 16
 _BEATS = 0.2, 40.0  # Hz: slower ones do not come back in a log, faster ones the loop averages
 _PADDED = 2  # times the length of a log, of its transform
-_LIKELY, _APART = 3, 4  # beats of each spread that are tried, and bins between them
+_LIKELY, _APART = 3, 4  # beats of each spread, and bins between them
+_TRIED = 4  # of them all
 _FLAT = 1e-3  # of the mean energy that a beat adds: less is rounding
 
 _ROUNDS = 2  # of refinement
@@ -33,14 +35,21 @@ _BEATS_AROUND = 0.25 * np.arange(-6, 7), 0.08 * np.arange(-2, 3), 0.02 * np.aran
 Values = Mapping[str, float | np.ndarray]
 
 
+def no_beat(joint: DriveErrors) -> Use:
+    """Return a clock that does not beat."""
+    return Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(len(joint.u))})
+
+
 def best_beat(joint: DriveErrors) -> Use:
     """Return the spread, the beat and the phases that explain most."""
-    best = Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(len(joint.u))})
+    best, likely = no_beat(joint), []
     for spread in sorted({min(spread * joint.period, LONGEST_DELAY) for spread in _SPREADS}):
         ages = [_ages(u, torque, spread / joint.period)
                 for u, torque in zip(joint.u, joint.torque)]
-        best = max([best, *(_beat(joint, ages, spread, beat) for beat in _likely(joint, ages))],
-                   key=drop_of)
+        likely += [(score, spread, beat, ages) for score, beat in _likely(joint, ages)]
+    likely.sort(key=operator.itemgetter(0), reverse=True)
+    for _, spread, beat, ages in likely[:_TRIED]:
+        best = max(best, _beat(joint, ages, spread, beat), key=drop_of)
     if best.drop <= joint.least:
         return best
     for _ in range(_ROUNDS):
@@ -70,8 +79,8 @@ def _aged(u: np.ndarray, age: np.ndarray | float) -> np.ndarray:
     return np.interp(ticks - age, ticks, u)
 
 
-def _likely(joint: DriveErrors, ages: Sequence[_Ages]) -> list[float]:
-    """Return the beats [Hz] that may explain most."""
+def _likely(joint: DriveErrors, ages: Sequence[_Ages]) -> list[tuple[float, float]]:
+    """Return the beats [Hz] that may explain most, each behind its score."""
     width = max(1, int(1.0 / (2.0 * _HARMONICS * _BEATS[1] * joint.period)))
     size = 1 << (_PADDED * max(len(joint.u[j]) for j in joint.fitted) // width).bit_length()
     finest = 1.0 / (size * width * joint.period)
@@ -85,7 +94,7 @@ def _likely(joint: DriveErrors, ages: Sequence[_Ages]) -> list[float]:
     beats = []
     for _ in range(min(_LIKELY, len(bins))):
         best = int(np.argmax(score))
-        beats.append(float(bins[best] * finest))
+        beats.append((float(score[best]), float(bins[best] * finest)))
         score[max(best - _APART, 0):best + _APART + 1] = 0.0
     return beats
 

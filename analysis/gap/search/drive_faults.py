@@ -14,23 +14,27 @@ from clie_blocks.analysis.gap.causes.drive import PACKET_HOLD, TICK_JITTER, TORQ
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, Values
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.beating_clock import best_beat
+from clie_blocks.analysis.gap.search.beating_clock import best_beat, no_beat
 from clie_blocks.analysis.gap.search.drive_errors import drive_errors
 from clie_blocks.analysis.gap.search.events import Found
-from clie_blocks.analysis.gap.search.held_packets import best_hold
-from clie_blocks.analysis.gap.search.torque_steps import best_step
+from clie_blocks.analysis.gap.search.held_packets import best_hold, no_hold
+from clie_blocks.analysis.gap.search.torque_steps import best_step, no_step
 
-_SEARCHES = ((TICK_JITTER, best_beat), (PACKET_HOLD, best_hold), (TORQUE_QUANTIZATION, best_step))
+_SEARCHES = ((TICK_JITTER, best_beat, no_beat), (PACKET_HOLD, best_hold, no_hold),
+             (TORQUE_QUANTIZATION, best_step, no_step))
+_LEAST_LEFT = 0.02  # of what all joints leave: a joint with less is not searched
 
 
 def drive_fault_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
                            causes: Sequence[Cause]) -> Found:
     """Return clocks that beat, held commands and torques in steps, and what they would explain."""
-    searches = [(cause, best) for cause, best in _SEARCHES if cause in causes]
+    searches = [search for search in _SEARCHES if search[0] in causes]
     joints = drive_errors(residuals, fit, errors) if searches else []
+    left = [float(joint.target @ joint.target) for joint in joints]
     found = Found()
-    for cause, best in searches:
-        uses = [best(joint) for joint in joints]
+    for cause, best, idle in searches:
+        uses = [best(joint) if own >= _LEAST_LEFT * sum(left) else idle(joint)
+                for joint, own in zip(joints, left)]
         values = {name: np.stack([np.asarray(use.values[name], float) for use in uses], axis=-1)
                   for name in uses[0].values}
         found.append((Member(cause, tuple(range(len(joints))), values, _sizes(values)),

@@ -20,14 +20,18 @@ _HARMONICS = 8
 _FLAT = 1e-6  # of the most energy that holding a command adds: less is rounding
 
 
+def no_hold(joint: DriveErrors) -> Use:
+    """Return holds of no length."""
+    return Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
+
+
 def best_hold(joint: DriveErrors) -> Use:
     """Return length, interval and phases of the stretches over which the command is held.
 
     A line of the spectrum may be a harmonic, so that the holds come less often, or be made of
     every second or third harmonic, so that they come more often.
     """
-    none = Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
-    found = []
+    none, found = no_hold(joint), []
     for length in _HOLDS:
         by_log = _stretches(joint, length)
         of_lines = [(_hold(joint, by_log, length, interval), interval)

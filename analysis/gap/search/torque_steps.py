@@ -11,6 +11,11 @@ _FINEST, _COARSEST = 0.005, 0.2  # steps, over the largest command
 _SHIFT = 0.15  # of a step, that the next one tried shifts
 
 
+def no_step(joint: DriveErrors) -> Use:
+    """Return a resolution that rounds nothing."""
+    return Use(0.0, {"resolution": 0.0})
+
+
 def best_step(joint: DriveErrors) -> Use:
     """Return the resolution at which the rounding of the commands explains most of the error."""
     largest = max(np.abs(u).max() for u in joint.u)
@@ -20,7 +25,7 @@ def best_step(joint: DriveErrors) -> Use:
         step -= _SHIFT * step * step / largest
     gains = np.array([_rounding_gain(joint, step) for step in tried]) if tried else np.zeros(0)
     if not gains.size or not largest:
-        return Use(0.0, {"resolution": 0.0})
+        return no_step(joint)
     leading = np.argsort(gains / np.array(tried))[::-1][:_CANDIDATES]
     best = max((_step(joint, tried[i]) for i in leading), key=drop_of)
     if best.drop <= joint.least:
