@@ -9,7 +9,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.events import torque_columns
-from clie_blocks.analysis.gap.search.ripple_spectrum import needed_torque
+from clie_blocks.analysis.gap.search.ripple_spectrum import needed_torque, sent_back
 from clie_blocks.analysis.gap.search.screening import unexplained
 
 _LINES = 6  # of a spectrum that are looked at
@@ -25,8 +25,10 @@ class Use(NamedTuple):
 
 
 class DriveErrors(NamedTuple):
-    """Errors of one joint beside its commands, and the torque that would explain them; per log.
+    """Errors of one joint beside its commands, one per log.
 
+    They are also sent back to its torque: as products with the responses to it, and as the torque
+    that would explain them.
     The basis spans what the parameters of the fit explain, of the fitted logs together, and the
     target is the error without it.
     """
@@ -36,6 +38,7 @@ class DriveErrors(NamedTuple):
     errors: list[np.ndarray]
     k: int
     u: list[np.ndarray]
+    back: list[np.ndarray]
     torque: list[np.ndarray]
     basis: np.ndarray
     target: np.ndarray
@@ -79,10 +82,11 @@ def drive_errors(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarra
     joints = []
     for k in range(problem.n):
         basis, of_joint = np.linalg.qr(fitted[k])[0], [of_log[k] for of_log in errors]
+        back = [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
         torque = [needed_torque(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
         joints.append(DriveErrors(
-            residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs], torque, basis,
-            unexplained(targets[k], basis)))
+            residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs], back, torque,
+            basis, unexplained(targets[k], basis)))
     return joints
 
 

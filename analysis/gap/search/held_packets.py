@@ -1,5 +1,6 @@
 """Commands that a drive held: length, interval and phases of the holds that explain most."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,12 +29,21 @@ def no_hold(joint: DriveErrors) -> Use:
 def best_hold(joint: DriveErrors) -> Use:
     """Return length, interval and phases of the stretches over which the command is held.
 
+    The torque that the errors need tells where the loop answers at a few frequencies only, the
+    errors sent back where that torque is mostly noise.
+    """
+    return max((_best_hold(joint, signals) for signals in (joint.back, joint.torque)), key=drop_of)
+
+
+def _best_hold(joint: DriveErrors, signals: Sequence[np.ndarray]) -> Use:
+    """Holds that look most like some signals, one per log.
+
     A line of the spectrum may be a harmonic, so that the holds come less often, or be made of
     every second or third harmonic, so that they come more often.
     """
     none, found = no_hold(joint), []
     for length in _HOLDS:
-        by_log = _stretches(joint, length)
+        by_log = _stretches(joint, signals, length)
         of_lines = [(_hold(joint, by_log, length, interval), interval)
                     for interval in _intervals(joint, by_log, length)]
         line, interval = max(of_lines, key=_drop_of_line, default=(none, 0.0))
@@ -42,20 +52,21 @@ def best_hold(joint: DriveErrors) -> Use:
     likely = sorted(found, key=drop_of, reverse=True)[:_REFINED_HOLDS]
     if not likely or likely[0].drop <= joint.least:
         return likely[0] if likely and likely[0].drop > 0.0 else none
-    best = max((_refined_hold(joint, use, 1.0) for use in likely), key=drop_of)
+    best = max((_refined_hold(joint, signals, use, 1.0) for use in likely), key=drop_of)
     for step in (0.5, 0.25, 0.1):
-        best = _refined_hold(joint, best, step)
+        best = _refined_hold(joint, signals, best, step)
     return best
 
 
-def _refined_hold(joint: DriveErrors, best: Use, step: float) -> Use:
+def _refined_hold(joint: DriveErrors, signals: Sequence[np.ndarray], best: Use, step: float,
+                  ) -> Use:
     """Holds of another length, or more or less often, that explain more; by a share of a hold."""
     finest = 1.0 / max(len(u) for u in joint.u)
     hold, interval = (float(best.values[name]) / joint.period for name in ("hold", "interval"))
     tried = []
     for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step):
         length = max(1, round(hold * share))
-        by_log = _stretches(joint, length)
+        by_log = _stretches(joint, signals, length)
         tried += [_hold(joint, by_log, length, interval * (1 + shift))
                   for shift in step * hold * finest * np.arange(-4, 5)]
     return max([best, *tried], key=drop_of)
@@ -64,23 +75,24 @@ def _refined_hold(joint: DriveErrors, best: Use, step: float) -> Use:
 class _Stretches(NamedTuple):
     """What holding a command for some samples adds, by first sample, in one log.
 
-    Its product with the torque that the error needs, and its energy.
+    Its product with what the error holds of it, and its energy.
     """
 
     gain: np.ndarray
     energy: np.ndarray
 
 
-def _stretches(joint: DriveErrors, length: int) -> list[_Stretches]:
+def _stretches(joint: DriveErrors, signals: Sequence[np.ndarray], length: int,
+               ) -> list[_Stretches]:
     """Stretches of a length [samples] in each log."""
-    return [_stretches_in_log(u, torque, length) for u, torque in zip(joint.u, joint.torque)]
+    return [_stretches_in_log(u, signal, length) for u, signal in zip(joint.u, signals)]
 
 
-def _stretches_in_log(u: np.ndarray, torque: np.ndarray, length: int) -> _Stretches:
+def _stretches_in_log(u: np.ndarray, signal: np.ndarray, length: int) -> _Stretches:
     before = np.concatenate([[0.0], u[:-1]])[:len(u) - length]
     error, product, command, squared = (
         sums[length:-1] - sums[:-length - 1] for sums in (
-            np.concatenate([[0.0], np.cumsum(x)]) for x in (torque, torque * u, u, u * u)))
+            np.concatenate([[0.0], np.cumsum(x)]) for x in (signal, signal * u, u, u * u)))
     energy = length * before**2 - 2.0 * before * command + squared
     return _Stretches(before * error - product, np.maximum(energy, 0.0))
 

@@ -39,7 +39,7 @@ def best_step(joint: DriveErrors) -> Use:
 
 def _rounding_gain(joint: DriveErrors, step: float) -> float:
     few = slice(None, None, _SKIPPED)
-    return float(sum(joint.torque[j][few] @ (quantized(joint.u[j][few], step) - joint.u[j][few])
+    return float(sum(joint.back[j][few] @ (quantized(joint.u[j][few], step) - joint.u[j][few])
                      for j in joint.fitted))
 
 

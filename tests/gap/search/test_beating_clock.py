@@ -36,7 +36,8 @@ def joint_with_beat(seed, spread, beat, noise=0.02):
         errors.append(lfilter(*LOOP, added) + 1e-4 * rng.standard_normal(count))
         torque.append(added + noise * rng.standard_normal(count))
     fitted = np.concatenate(errors[:-1])
-    return SoftJoint(None, None, errors, 0, u, torque, np.zeros((len(fitted), 0)), fitted), phases
+    none = np.zeros((len(fitted), 0))
+    return SoftJoint(None, None, errors, 0, u, torque, torque, none, fitted), phases
 
 
 @pytest.mark.parametrize("seed, spread, beat", [

@@ -16,6 +16,7 @@ class StiffJoint:
     """A joint whose error is the torque that a drive adds, with some noise."""
 
     u: list[np.ndarray]
+    back: list[np.ndarray]
     torque: list[np.ndarray]
     period: float = PERIOD
     least: float = 0.0
@@ -46,7 +47,7 @@ def joint_with_holds(seed, length, interval):
             held[first:first + length] = command[first - 1]
         u.append(command)
         torque.append(held - command + 0.02 * rng.standard_normal(count))
-    return StiffJoint(u, torque), starts
+    return StiffJoint(u, torque, torque), starts
 
 
 @pytest.mark.parametrize("seed, length, interval", [
