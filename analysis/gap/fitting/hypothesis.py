@@ -216,9 +216,9 @@ class Hypothesis:
 
     def means_of_views(self, views: Sequence[int], sets: Sequence[Values]) -> list[np.ndarray]:
         """The same in each of some logs that are views of one run."""
-        logs, own = [self.problem.logs[j] for j in views], (
-            [self.of_log(views[0], values) for values in sets])
-        return self.simulator.means(logs, own, rows_of(logs[0], self.problem.period).width)
+        logs = [self.problem.logs[j] for j in views]
+        values = [self.of_log(views[0], one) for one in sets]
+        return self.simulator.means(logs, values, rows_of(logs[0], self.problem.period).width)
 
     def error(self, j: int, dithered: bool = True) -> np.ndarray:
         """Measured less simulated position in log j, shape (N, n) [rad].

@@ -7,7 +7,7 @@ give what it explains for every beat and every phase at once, as a matched filte
 """
 
 import operator
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +32,7 @@ _PHASES_AROUND = [np.arange(_PHASES) / _PHASES,
 _BEATS_AROUND = 0.25 * np.arange(-6, 7), 0.08 * np.arange(-2, 3), 0.02 * np.arange(-2, 3)
 """Turns by which phases may be off, and beats over the longest log; coarse, then fine."""
 
-Values = Mapping[str, float | np.ndarray]
+Values = dict[str, float | np.ndarray]
 
 
 def no_beat(joint: DriveErrors) -> Use:
@@ -170,7 +170,7 @@ def _with_best_spread(joint: DriveErrors, use: Use) -> Use:
     return max(use, _use(joint, {**use.values, "spread": spread}), key=drop_of)
 
 
-def _use(joint: DriveErrors, values: dict[str, float | np.ndarray]) -> Use:
+def _use(joint: DriveErrors, values: Values) -> Use:
     return Use(_drop_and_scale(joint, values)[0], values)
 
 
