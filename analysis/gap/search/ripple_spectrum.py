@@ -72,11 +72,10 @@ def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
         _Kind(POSITION_DEPENDENT_FRICTION, lambda j, k: forward[j][:, k],
               others=lambda size: {"level": size}))
     travel = np.ptp(np.concatenate([log.q for log in problem.fit]), axis=0)
-    needed = [[needed_torque(residuals, fit, errors[j][k], j, k) for j in range(len(logs))]
-              for k in range(problem.n)]
-    for kind, by_joint in _strongest_by_kind(
-            residuals, fit, errors, [kind for kind in kinds if kind.cause in causes], needed):
-        drop, order, sine, cosine = (np.array(column) for column in zip(*by_joint))
+    sought = [kind for kind in kinds if kind.cause in causes]
+    by_joint = [_ripples_of_joint(residuals, fit, errors, k, sought) for k in range(problem.n)]
+    for kind, ripples in zip(sought, zip(*by_joint)):
+        drop, order, sine, cosine = (np.array(column) for column in zip(*ripples))
         size = np.hypot(sine, cosine) + 1e-12
         others = kind.others(size)
         values = {"sine": sine, "cosine": cosine, "order": order, **others}
@@ -85,20 +84,24 @@ def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
     return found
 
 
-def _strongest_by_kind(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                       kinds: Sequence[_Kind], needed: Sequence[Sequence[np.ndarray]],
-                       ) -> list[tuple[_Kind, list[_Ripple]]]:
-    """Each kind with the strongest ripple of each joint, of the orders of all kinds."""
-    of_kinds = [[_strongest_ripple(residuals, fit, errors, k, kind, needed[k])
-                 for k in range(residuals.problem.n)] for kind in kinds]
-    shared = [{of_kind[k].order for of_kind in of_kinds} for k in range(residuals.problem.n)]
-    return [(kind, [max([own, *(_fitted_ripple(residuals, fit, errors, k, order, kind)
-                                for order in shared[k] - {own.order})], key=_drop_of)
-                    for k, own in enumerate(of_kind)]) for kind, of_kind in zip(kinds, of_kinds)]
+def _ripples_of_joint(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,
+                      kinds: Sequence[_Kind]) -> list[_Ripple]:
+    """The strongest ripple of each kind at joint k; the order of one is tried for the others."""
+    if not kinds:
+        return []
+    needed = [needed_torque(residuals, fit, errors[j][k], j, k)
+              for j in range(len(residuals.problem.fit))]
+    own = [_strongest_ripple(residuals, fit, errors, k, kind, needed) for kind in kinds]
+    orders = {ripple.order for ripple in own}
+    strongest = []
+    for kind, ripple in zip(kinds, own):
+        others = [_fitted_ripple(residuals, fit, errors, k, order, kind)
+                  for order in orders - {ripple.order}]
+        strongest.append(max([ripple, *others], key=_drop_of))
+    return strongest
 
 
 def _drop_of(ripple: _Ripple) -> float:
-    """Drop of chi^2 by a ripple."""
     return ripple.drop
 
 

@@ -10,9 +10,10 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.search.events import whitened_errors
+from clie_blocks.analysis.gap.search.events import torque_columns, whitened_errors
 from clie_blocks.analysis.gap.search.ripple_spectrum import (
     _response_power,
+    needed_torque,
     ripple_candidates,
     strongest_lines,
 )
@@ -32,6 +33,20 @@ def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch
     assert drop[k] > 0.5 * (nominal.chi2[:2, k].sum() - nominal.samples[:2, k].sum())
     assert member.values["order"][k] == pytest.approx(order, abs=3.0 / travel)  # half a line
     assert ripple_candidates(residuals, nominal, errors, ()) == []
+
+
+def test_the_torque_that_an_error_needs_is_the_one_that_made_it(case):
+    made = case("none", 3)
+    residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
+    period, count = residuals.problem.period, len(residuals.problem.fit[0])
+    t = period * np.arange(count)
+    for frequency in (2.0, 8.0):  # Hz; a slower one the loop holds down to what noise is
+        torque = np.sin(2 * np.pi * frequency * t) * np.sin(np.pi * t / t[-1])
+        error = -torque_columns(residuals, nominal, 0, 0, torque[:, None])[:, 0]
+        scale = 30.0 / error.std()  # thirty times the noise
+        needed = needed_torque(residuals, nominal, scale * error, 0, 0) / scale
+        assert np.corrcoef(needed, torque)[0, 1] > 0.95
+        assert needed.std() == pytest.approx(torque.std(), rel=0.1)
 
 
 def test_the_power_between_the_orders_that_are_computed_is_that_of_each(case):
