@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.gap.causes.sensor import KINEMATIC_ERROR
 from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE
 from clie_blocks.analysis.gap.fitting.law_view import law_view
 from clie_blocks.analysis.gap.problem.log import as_log
@@ -50,6 +51,17 @@ def test_every_run_is_seen_twice_and_counts_once():
     np.testing.assert_allclose(np.ptp(second.q), (1 + TWIST) * np.ptp(first.q))
     assert second.q_d is first.q_d and second.start is first.start
     assert views_of_law(problem).logs == problem.law_logs == problem.logs[::2]
+
+
+def test_one_simulation_gives_what_both_encoders_see():
+    problem = two_encoders()
+    error = make_member(KINEMATIC_ERROR, problem, sine=0.03, cosine=0.0, order=3.0)
+    hypothesis = make_fit(problem, error).hypothesis
+    means = hypothesis.means_of_views([0, 1], [hypothesis.values])
+    for j, of_view in enumerate(means):
+        q, = hypothesis.positions(j, [hypothesis.values])
+        np.testing.assert_allclose(of_view[0], decimated(q.T, problem.period).T, atol=1e-11)
+    assert np.abs(means[0] - means[1]).max() > 0.01
 
 
 def test_what_differs_between_runs_is_shared_by_their_views():
