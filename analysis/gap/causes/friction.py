@@ -108,14 +108,23 @@ POSITION_DEPENDENT_FRICTION = cause_of(
 
 
 def _rest_probes(scene: Scene) -> list[Probe]:
+    """Small excesses, which act in proportion, and large ones that hold the joint for a while."""
     size = scene.small_torque()
-    return [Probe({"rise": size, "half_time": time + 0 * size, "velocity": speed + 0 * size},
-                  ("rise",)) for time in (0.3, 2.0) for speed in (0.01, 0.04)]
+
+    def shape(time: float, speed: float, slide: float) -> dict[str, np.ndarray]:
+        return {"half_time": time + 0 * size, "velocity": speed + 0 * size,
+                "slip": slide + 0 * size}
+
+    small = [Probe({"rise": size, **shape(time, speed, 0.02)}, ("rise",))
+             for time in (0.3, 2.0) for speed in (0.01, 0.04)]
+    large = [Probe({"rise": share * scene.torque, **shape(3.0, 0.01, 0.02)})
+             for share in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)]
+    return small + large
 
 
 REST_TIME_BREAKAWAY = cause_of(
-    LIBRARY["rest_time_breakaway"], ("rise", "half_time", "velocity"), _rest_probes,
-    within={"velocity": (2e-3, 1.0), "half_time": (0.01, 100.0)})
+    LIBRARY["rest_time_breakaway"], ("rise", "half_time", "velocity", "slip"), _rest_probes,
+    within={"velocity": (2e-3, 1.0), "half_time": (0.01, 100.0), "slip": (1e-3, 0.5)})
 
 DIRECTIONAL_EFFICIENCY = cause_of(
     LIBRARY["directional_efficiency"], ("driving", "backdriving"),
