@@ -14,6 +14,7 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 
 _CHANGES = 4  # of the count, from which a spline goes through them
+_BRIEF = 0.25  # of the time to its nearer neighbour, that a crossing to and fro takes at most
 
 
 def with_positions_between_counts(problem: Problem, joints: Collection[int], step: np.ndarray,
@@ -65,8 +66,25 @@ def between_counts(q: np.ndarray, step: float) -> np.ndarray:
         return q
     from scipy.interpolate import CubicSpline
 
-    at = np.concatenate([changes + 0.5, [len(q) - 1.0]])
-    middle = np.concatenate([(q[changes] + q[changes + 1]) / 2.0, q[-1:]])
+    at, middle = _crossings(changes + 0.5, (q[changes] + q[changes + 1]) / 2.0, step)
+    at, middle = np.append(at, len(q) - 1.0), np.append(middle, q[-1])
     if changes[0] > 0:
         at, middle = np.insert(at, 0, 0.0), np.insert(middle, 0, q[0])
     return np.clip(CubicSpline(at, middle)(np.arange(len(q))), q - step / 2.0, q + step / 2.0)
+
+
+def _crossings(at: np.ndarray, middle: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Changes (M,) with those of one brief crossing, to and fro by noise, as one in their midst.
+
+    A spline through each of them would stand still there, and swing to either side.
+    """
+    first = np.flatnonzero(np.abs(np.diff(middle, prepend=np.inf)) > 0.5 * step)
+    begin, end = at[first], at[np.append(first[1:], len(at)) - 1]
+    apart = begin[1:] - end[:-1]
+    room = np.minimum(np.append(apart, np.inf), np.insert(apart, 0, np.inf))
+    is_brief = end - begin < _BRIEF * room
+    count = np.diff(np.append(first, len(at)))
+    kept = ~np.repeat(is_brief, count)
+    kept[first] = True
+    return np.where(np.repeat(is_brief, count), np.repeat((begin + end) / 2, count),
+                    at)[kept], middle[kept]

@@ -29,6 +29,7 @@ from clie_blocks.analysis.gap.search.candidates import (
     cause_keys,
     compatible,
     fitted_members,
+    with_member,
 )
 from clie_blocks.analysis.gap.search.elastic_gears import ELASTIC, other_gears
 
@@ -107,9 +108,9 @@ def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequen
                  if member.cause in ELASTIC and set(ELASTIC) <= set(causes) else ())
         for other in (*_other_forms(member, causes), *similar_members(member, residuals.problem),
                       *gears):
-            if other.cause in causes:
-                yield Candidate((*members[:k], other, *members[k + 1:]), 0.0,
-                                _with_even_friction(leader, member))
+            some = with_member(beside, other) if other.cause in causes else None
+            if some is not None:
+                yield Candidate(some, 0.0, _with_even_friction(leader, member))
 
 
 def _alike_alone(leader: Fit, fits: Sequence[Fit], much_left: bool, residuals: ResidualModel,
@@ -198,6 +199,8 @@ def similar_members(member: Member, problem: Problem) -> list[Member]:
                        {"stiffness": stiffness + 1e-12})]
     if name == "step_fault" and member.cause.variant == "friction":
         return list(_dry_friction_like(member))  # one that sets in early is there all the time
+    if name == "rest_time_breakaway":
+        return [_stribeck_like(member)]
     if name in _DRY and member.cause.variant != "viscous":
         bending = _bending_like(member) if name in _BENDING else ()
         return [other for other in (*_dry_friction_like(member), *bending)
@@ -247,6 +250,15 @@ def _bending_like(member: Member) -> Iterator[Member]:
         sharp = {"exponent": 1.0 + 0.0 * reach} if cause is friction.DAHL else {}
         yield Member(cause, member.joints, {"level": level, "reach": equal, **sharp},
                      {"level": size, "reach": equal, **sharp})
+
+
+def _stribeck_like(rest: Member) -> Member:
+    """Excess that is there at once, in the place of one that grows while the joint rests."""
+    excess, speed = rest.values["rise"], rest.values["velocity"]
+    size = rest.sizes["rise"]
+    return Member(friction.STRIBECK, rest.joints,
+                  {"level": 0.0 * excess, "excess": excess, "velocity": speed},
+                  {"level": size, "excess": size, "velocity": rest.sizes["velocity"]})
 
 
 def _dry_friction_like(member: Member) -> Iterator[Member]:

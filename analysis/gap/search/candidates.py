@@ -265,12 +265,12 @@ def extensions(fit: Fit, candidates: Iterable[Candidate]) -> Iterator[Candidate]
     for candidate in candidates:
         members: tuple[Member, ...] | None = fitted_members(fit.hypothesis)
         for added in candidate.members:
-            members = _with_member(members, added) if members is not None else None
+            members = with_member(members, added) if members is not None else None
         if members is not None:
             yield Candidate(members, candidate.score, fit)
 
 
-def _with_member(members: tuple[Member, ...], added: Member) -> tuple[Member, ...] | None:
+def with_member(members: tuple[Member, ...], added: Member) -> tuple[Member, ...] | None:
     """Members and one more, in the place of those that it contains; None if they clash."""
     kept = tuple(member for member in members if member.cause.name not in added.cause.without)
     for member in members:

@@ -37,6 +37,13 @@ def test_changes_of_a_count_tell_a_smooth_motion_better_than_counts(speed, share
     assert np.std(between - q) < share * np.std(counted - q)
 
 
+def test_noise_at_a_change_does_not_make_the_motion_swing():
+    q = 0.25 * np.sin(3.0 * TIME)
+    noise = 0.04 * STEP * np.random.default_rng(5).standard_normal(len(q))
+    between = between_counts(quantized(q + noise, STEP), STEP)
+    assert np.std(between - q) < 1.6 * np.std(between_counts(quantized(q, STEP), STEP) - q)
+
+
 @given(arrays(float, st.integers(2, 300), elements=st.floats(-0.02, 0.02)))
 @settings(max_examples=100, deadline=None)
 def test_no_position_is_farther_from_its_count_than_half_a_step(q):
