@@ -1,4 +1,4 @@
-"""Held commands are found by their length and interval, also where a harmonic stands out more."""
+"""Held commands by their length and interval, and steps of a torque by their size."""
 
 import dataclasses
 
@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.search.held_packets import best_hold
+from clie_blocks.analysis.gap.search.torque_steps import best_step
+from clie_blocks.measurement import quantized
 
 PERIOD = 1e-3  # s
 SAMPLES = 18000, 15000, 14000
@@ -59,3 +61,16 @@ def test_the_interval_and_the_length_of_holds_are_those_of_the_drive(seed, lengt
     assert found["hold"] / PERIOD == pytest.approx(length, abs=0.15 * length)
     late = (found["phase"] + starts / interval + 0.5) % 1.0 - 0.5
     assert np.abs(late) * interval == pytest.approx(0.0, abs=0.5 * length)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("share", [0.01, 0.035, 0.08, 0.15])
+def test_a_step_is_found_of_commands_that_are_mostly_small(seed, share):
+    rng = np.random.default_rng(seed)
+    u = [0.1 * rng.standard_normal(count).cumsum() / np.sqrt(count)
+         + np.exp(-rng.uniform(5, 40) * (np.linspace(0, 1, count) - rng.uniform()) ** 2 * 400)
+         for count in SAMPLES]
+    step = share * max(np.abs(one).max() for one in u)
+    torque = [quantized(one, step) - one + 0.2 * step * rng.standard_normal(len(one)) for one in u]
+    found = best_step(StiffJoint(u, torque, torque)).values
+    assert found["resolution"] == pytest.approx(step, rel=5e-3)
