@@ -18,7 +18,7 @@ SUPPLY_SAG = Effect(
     name="supply_sag", family="drive", port="drive",
     build=Static(sagging_torque, inputs=("u",), outputs=("u",)),
     parameters=(
-        Parameter("sag", "1/(N m)", 0.0, 1.0, 0.02, 0.0,
+        Parameter("sag", "1/(N m)", 0.0, 1e3, 0.02, 0.0,
                   "relative loss of voltage per torque of all joints", per_joint=False),
     ),
     equation="u_motor_k = u_k max(0, 1 - sag sum_j |u_j|)",
