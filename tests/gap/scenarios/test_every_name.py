@@ -77,7 +77,9 @@ NAMES = {
     "step_fault": {"offset": 1.5, "time": 5.0},
 }
 ROBOTS = {"joint_elasticity": SOFT, "stiffening_elasticity": SOFT, "torsional_hysteresis": SOFT,
-          "packet_hold": FINE}
+          "packet_hold": FINE,
+          # slow enough to rest: else only how fast the excess grows shows, and nothing renews it
+          "rest_time_breakaway": CatalogueRobot(size=0.4, noise=4e-4)}
 
 
 def heads(answer):
