@@ -108,16 +108,19 @@ POSITION_DEPENDENT_FRICTION = cause_of(
 
 
 def _rest_probes(scene: Scene) -> list[Probe]:
-    """Small excesses, which act in proportion, and large ones that hold the joint for a while."""
+    """Small excesses, which act in proportion, and large ones that hold the joint for a while.
+
+    Of the large ones it counts how fast they grow: their time is longer than most rests.
+    """
     size = scene.small_torque()
 
-    def shape(time: float, speed: float, slide: float) -> dict[str, np.ndarray]:
+    def shape(time: float, speed: float) -> dict[str, np.ndarray]:
         return {"half_time": time + 0 * size, "velocity": speed + 0 * size,
-                "slip": slide + 0 * size}
+                "slip": 0.02 + 0 * size}
 
-    small = [Probe({"rise": size, **shape(time, speed, 0.02)}, ("rise",))
+    small = [Probe({"rise": size, **shape(time, speed)}, ("rise",))
              for time in (0.3, 2.0) for speed in (0.01, 0.04)]
-    large = [Probe({"rise": share * scene.torque, **shape(3.0, 0.01, 0.02)})
+    large = [Probe({"rise": share * scene.torque, **shape(3.0, 0.01)})
              for share in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)]
     return small + large
 

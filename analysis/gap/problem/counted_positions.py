@@ -82,9 +82,8 @@ def _crossings(at: np.ndarray, middle: np.ndarray, step: float) -> tuple[np.ndar
     begin, end = at[first], at[np.append(first[1:], len(at)) - 1]
     apart = begin[1:] - end[:-1]
     room = np.minimum(np.append(apart, np.inf), np.insert(apart, 0, np.inf))
-    is_brief = end - begin < _BRIEF * room
-    count = np.diff(np.append(first, len(at)))
-    kept = ~np.repeat(is_brief, count)
+    is_brief, midst = (np.repeat(of_crossing, np.diff(np.append(first, len(at))))
+                       for of_crossing in (end - begin < _BRIEF * room, (begin + end) / 2))
+    kept = ~is_brief
     kept[first] = True
-    return np.where(np.repeat(is_brief, count), np.repeat((begin + end) / 2, count),
-                    at)[kept], middle[kept]
+    return np.where(is_brief, midst, at)[kept], middle[kept]

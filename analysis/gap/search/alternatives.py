@@ -108,9 +108,19 @@ def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequen
                  if member.cause in ELASTIC and set(ELASTIC) <= set(causes) else ())
         for other in (*_other_forms(member, causes), *similar_members(member, residuals.problem),
                       *gears):
-            some = with_member(beside, other) if other.cause in causes else None
-            if some is not None:
-                yield Candidate(some, 0.0, _with_even_friction(leader, member))
+            if other.cause not in causes:
+                continue
+            swapped: tuple[Member, ...] | None = (*members[:k], other, *members[k + 1:])
+            if any(_holds(other, one) for one in beside):
+                swapped = with_member(beside, other)
+            if swapped is not None:
+                yield Candidate(swapped, 0.0, _with_even_friction(leader, member))
+
+
+def _holds(member: Member, simpler: Member) -> bool:
+    """Whether a member contains another one at a joint of its own."""
+    return (simpler.cause.name in member.cause.without
+            and not set(member.joints).isdisjoint(simpler.joints))
 
 
 def _alike_alone(leader: Fit, fits: Sequence[Fit], much_left: bool, residuals: ResidualModel,

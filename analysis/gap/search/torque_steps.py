@@ -37,9 +37,10 @@ def best_step(joint: DriveErrors) -> Use:
 
 
 def _coarse_steps(joint: DriveErrors, largest: float) -> Iterator[float]:
-    """Steps that round most commands to a few levels: few, and their product says too little.
+    """Steps that round most commands to a few levels, close enough that one is near the right one.
 
-    Rounded to nothing, a command is explained by what it is itself.
+    What rounding to so few levels adds is much like the command itself, so that its product with
+    the error grows with the step.
     """
     size = float(np.sqrt(np.mean(np.concatenate([joint.u[j] for j in joint.fitted]) ** 2)))
     step = _COARSEST * largest
