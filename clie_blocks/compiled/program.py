@@ -308,10 +308,17 @@ class Program(Studies):
                         f"{nearest(language, ['python', 'torch', 'c', 'llvm'])}")
 
     def machine_text(self, entries: Sequence[int], memory: Memory) -> str:
-        """Return the LLVM text of a batch that records only these entries of the record."""
+        """Return the LLVM text of a batch that records only these entries of the record.
+
+        What depends on parameters alone is computed once a run; the last digit of quotients by
+        it may differ.
+        """
+        from clie_blocks.compiled.codegen.hoisting import hoisted
+        from clie_blocks.compiled.codegen.native import module_of_runs
+
         record = [self._layout.record[k] for k in entries]
-        return self._text(replace(self._layout, record=record, slots={}),
-                          self._method("ode5"), memory)
+        apart = hoisted(replace(self._layout, record=record, slots={}))
+        return module_of_runs(apart, self._method("ode5"), memory, self._parameters.defaults.size)
 
     def _drive(self, inputs: Inputs, steps: int, step: float) -> tuple[Rows, Layout]:
         rows, driven = bind_inputs(self._trace.graph, self.inputs, inputs, steps, step)

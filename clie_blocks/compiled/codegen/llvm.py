@@ -38,9 +38,14 @@ def loader(builder: Builder, memory: Memory) -> Callable[[str, int], Value]:
 
 
 def function(name: str, roots: Iterable[Expression], result: str, attributes: str = "",
-             memory: Memory = SINGLE) -> tuple[str, set[str]]:
-    """Return the text and the declarations of ``name(t, x, u, p, result)``."""
+             memory: Memory = SINGLE, constants_from: int | None = None) -> tuple[str, set[str]]:
+    """Return the text and the declarations of ``name(t, x, u, p, result)``.
+
+    Constants of the run begin so many numbers behind `p`.
+    """
     builder = LaneBuilder(memory.width)
+    if constants_from is not None:
+        builder.lines.append(f"  %c = getelementptr double, ptr %p, i64 {constants_from}")
     for k, value in enumerate(emit(builder, roots, loader(builder, memory))):
         builder.store(value, "%result", memory.offset(result, k), memory.varies(result, k))
     body = "\n".join(builder.lines)

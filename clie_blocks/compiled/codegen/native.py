@@ -2,10 +2,12 @@
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from clie_blocks.compiled.codegen.hoisting import Hoisted
 from clie_blocks.compiled.codegen.lane_layout import SINGLE, Memory
 from clie_blocks.compiled.codegen.llvm import function
 from clie_blocks.compiled.codegen.machine import Machine
@@ -33,6 +35,24 @@ def module(layout: Layout, method: Method, memory: Memory = SINGLE) -> str:
     return "\n".join([*sorted(first | second | third), derivative, observe, watch, loop])
 
 
+def module_of_runs(apart: Hoisted, method: Method, memory: Memory, parameters: int) -> str:
+    """Return the LLVM text of a program that is only run: constants are computed once a run.
+
+    Its derivative and observe find them behind the parameters, where run alone puts them.
+    """
+    layout, size = apart.layout, memory.size("p", parameters)
+    own = apart.varying([memory.varies("p", k) for k in range(parameters)])
+    memory = replace(memory, varying=memory.varying | {"c": own})
+    functions = [
+        function("prepare", apart.constants, "c", "noinline", memory),
+        function("derivative", layout.derivatives, "x", "noinline", memory, size),
+        function("observe", layout.record, "record", "noinline", memory, size)]
+    loop = run_function(method, *_sizes(layout, memory), memory.width,
+                        prepared=(size, max(1, memory.size("c", len(own)))))
+    declared = set().union(*(declarations for _, declarations in functions))
+    return "\n".join([*sorted(declared), *(text for text, _ in functions), loop])
+
+
 class NativeEngine:
     """The program compiled for this processor.
 
@@ -45,9 +65,9 @@ class NativeEngine:
     memory : Memory
         What differs between lanes; by default there is one lane.
     text : str, optional
-        The LLVM text of the three, if it was written before, see `module`.
+        The LLVM text, if it was written before, see `module` and `module_of_runs`.
     is_brief : bool
-        It runs for about as long as its optimisation would take.
+        It is only run, for about as long as its optimisation would take.
 
     """
 
@@ -56,23 +76,23 @@ class NativeEngine:
         self._board = Switchboard(layout.opaque)
         code = text or module(layout, method, memory)
         called_back = {"opaque": self._board.address} if layout.opaque else {}
-        self._machine = Machine(code, ["derivative", "observe", "run"],
+        at_points = [] if is_brief else ["derivative", "observe"]
+        self._machine = Machine(code, [*at_points, "run"],
                                 called_back | foreign_addresses(code), is_brief)
         self.cached, self._sizes = self._machine.cached, _sizes(layout, memory)
-        point = (_REAL, *[_ARRAY] * 4)
-        self._derivative = self._machine.function("derivative", *point)
-        self._observe = self._machine.function("observe", *point)
+        self._at_points = {name: self._machine.function(name, _REAL, *[_ARRAY] * 4)
+                           for name in at_points}
         self._run = self._machine.function(
             "run", _COUNT, _REAL, _REAL, _COUNT, *[_ARRAY] * 3, _COUNT, _COUNT, *[_ARRAY] * 2,
             result=_COUNT)
 
     def derivative(self, t: float, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the derivatives of the states."""
-        return self._at_point(self._derivative, self._sizes[0], t, x, u, p)
+        return self._at_point(self._at_points["derivative"], self._sizes[0], t, x, u, p)
 
     def observe(self, t: float, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the record."""
-        return self._at_point(self._observe, self._sizes[2], t, x, u, p)
+        return self._at_point(self._at_points["observe"], self._sizes[2], t, x, u, p)
 
     def run(self, n: int, h: float, t0: float, first: int, x: np.ndarray, inputs: np.ndarray,
             p: np.ndarray, every: int, slots: np.ndarray, log: np.ndarray) -> int:

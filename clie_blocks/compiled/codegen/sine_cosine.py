@@ -4,8 +4,11 @@ The angle is brought within pi/4 of a multiple of pi/2, in three parts of pi/2 (
 *Software Manual for the Elementary Functions*, 1980) with fused multiplications; there a
 polynomial of least greatest error follows each function to 2e-18, before rounding.  Against the
 two calls of the C library nothing has to leave the registers.  Results are off by less than 1.5
-units in the last place; angles beyond `LIMIT`, infinities and NaN go to the C library.
+units in the last place; angles beyond `LIMIT` go to the C library.  Infinities and NaN stay in
+line and give NaN, so that a run that has diverged does not hold up those beside it.
 """
+
+import math
 
 from clie_blocks.compiled.codegen.builder import Builder, Operand, Value
 from clie_blocks.compiled.codegen.vector_math import has_fused_multiplication
@@ -89,7 +92,8 @@ def _definition(ir: Builder, x: Value) -> tuple[str, str]:
     It returns sine and cosine, and is copied into the functions that call it.
     """
     name = f"sine_and_cosine.{ir.width}"
-    inside = ir.compare("ole", ir.intrinsic("fabs", x), LIMIT)
+    size = ir.intrinsic("fabs", x)
+    inside = ir.logic("or", ir.compare("ule", size, LIMIT), ir.compare("oeq", size, math.inf))
     begin = len(ir.lines)
     sine, cosine = _in_line(ir, x)
     end = len(ir.lines)

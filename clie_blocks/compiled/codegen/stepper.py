@@ -14,7 +14,8 @@ WIDE = 8  # lanes that fill a register of 512 bits, which the compiler would hal
 
 SIGNATURE = """\
 define i64 @run(i64 %n, double %h, double %t0, i64 %first, ptr noalias %x, ptr noalias %inputs,
-                ptr noalias %p, i64 %every, i64 %nlog, ptr noalias %slots, ptr noalias %log)"""
+                ptr noalias %{given}, i64 %every, i64 %nlog, ptr noalias %slots,
+                ptr noalias %log)"""
 
 STEP = """\
   %any = icmp sgt i64 %n, 0
@@ -80,6 +81,12 @@ go:"""
 
 _COPY = "declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)\n"
 
+_PREPARED = """\
+  %p = alloca double, i64 {room}, align 64
+  call void @llvm.memcpy.p0.p0.i64(ptr %p, ptr %given, i64 {bytes}, i1 false)
+  %c = getelementptr double, ptr %p, i64 {size}
+  call void @prepare(double 0.0, ptr null, ptr null, ptr %p, ptr %c)"""
+
 _SUM = """\
   br label %{name}
 {name}:
@@ -98,12 +105,14 @@ _SUM = """\
 
 
 def run_function(method: Method, nx: int, nu: int, nrecord: int, width: int = 1,
-                 watched: bool = False) -> str:
+                 watched: bool = False, prepared: tuple[int, int] | None = None) -> str:
     """Return the text of ``run``, which takes n steps, logs some and returns how many it took.
 
     `nx`, `nu`, `nrecord` count the numbers that states, one row of inputs and the record take in
     memory, all lanes together.  Where the run is `watched`, ``watch`` computes the first
-    derivative, and behind it a number that is not zero where the run is to stop.
+    derivative, and behind it a number that is not zero where the run is to stop.  Where constants
+    are `prepared`, parameters and constants take so many numbers: ``prepare`` computes these, and
+    all else finds them behind the parameters.
     """
     attributes = '"prefer-vector-width"="512"' if width >= WIDE else ""
     stages = _stages(method, nx, watched)
@@ -111,9 +120,13 @@ def run_function(method: Method, nx: int, nu: int, nrecord: int, width: int = 1,
               for i in range(len(method.b))]
     arrays += [f"  %y = alloca double, i64 {max(nx, 1)}, align 64",
                f"  %record = alloca double, i64 {max(nrecord, 1)}, align 64"]
+    if prepared:
+        size, more = prepared
+        arrays.append(_PREPARED.format(room=size + more, size=size, bytes=8 * size))
     loop = _LOOP.format(arrays="\n".join(arrays), nu=nu, stages="\n".join(stages),
-                        attributes=attributes, stopped=", [ %s, %stages ]" * watched)
-    return (_COPY if method.is_map else "") + loop
+                        attributes=attributes, stopped=", [ %s, %stages ]" * watched,
+                        given="given" if prepared else "p")
+    return (_COPY if method.is_map or prepared else "") + loop
 
 
 def _stages(method: Method, size: int, watched: bool) -> list[str]:

@@ -96,7 +96,8 @@ def _loop(layout: Layout, memory: Memory, sampling: Sampling) -> str:
         delay = "" if tick.jitter is None or tick.wait is None else _DELAY.format(
             k=k, wait=memory.offset("x", tick.wait), jitter=tick.jitter, zero=constant(0.0))
         maps.append(_MAP.format(k=k, delay=delay, wait=f"%wait{k}" if delay else "0"))
-    return _LOOP.format(counts="\n".join(counts), maps="\n".join(maps), nu=layout.nu)
+    return _LOOP.format(counts="\n".join(counts), maps="\n".join(maps), nu=layout.nu,
+                        given="p")
 
 
 def _map(name: str, stored: Mapping[int, Expression], memory: Memory) -> tuple[str, set[str]]:
