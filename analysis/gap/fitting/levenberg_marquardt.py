@@ -35,11 +35,12 @@ _BOUND_ROUNDS = 8  # of finding the limits and tolerances that a step ends at or
 
 
 def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = None,
-        like: Hypothesis | None = None) -> Fit:
+        like: Hypothesis | None = None, borrows_only: bool = False) -> Fit:
     """Fit a hypothesis to the fit logs, then evaluate it on all logs.
 
     Slopes of the joint model and the links may be borrowed from a hypothesis that is `like` the
-    start, until a step gains little: until then only the causes are simulated.  Where a fit ends
+    start, until a step gains little: until then only the causes are simulated, and a fit that
+    `borrows_only` ends there.  Where a fit ends
     beyond the datasheet it continues with central differences: along a flat valley, the curvature
     in a one-sided slope outweighs the datasheet.  By default it takes as many steps as the method
     of the residuals says, and none once the time is over.
@@ -57,6 +58,8 @@ def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = No
         after = jacobian(hypothesis, residuals, like)
         if step is None or tangent.cost - after.cost < _least_gain(after, method):
             violation = after.prior_violation
+            if like is not None and borrows_only:
+                break
             if like is not None:
                 like, after = None, jacobian(hypothesis, residuals)
             elif two_sided or violation @ violation < method.two_sided_violation:
@@ -69,9 +72,9 @@ def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = No
 
 
 def lender(fit: Fit, method: FittingMethod) -> Hypothesis | None:
-    """Hypothesis of a fit from which others may borrow slopes; None beyond the datasheet.
+    """Hypothesis whose slopes other fits may borrow until they end; None beyond the datasheet.
 
-    A joint model that has absorbed what its hypothesis lacks is far from where others end.
+    A joint model that has absorbed what its hypothesis lacks is far from there.
     """
     violation = fit.prior_violation
     return fit.hypothesis if violation @ violation < method.two_sided_violation else None

@@ -55,19 +55,19 @@ def fit_joint_by_joint(base: Fit, of_joints: Sequence[Sequence[Candidate]], nomi
         np.array([of[0].score if of else 0.0 for of in of_joints]), residuals.method)
     if len(worth) < 2 or not all(of_joints[k] for k in worth):
         return []
-    like = lender(nominal, residuals.method.fitting)
     tried: list[tuple[Fit, dict[int, Member]]] = []
     for members in _hypotheses({k: of_joints[k] for k in worth}, base, residuals):
         if residuals.is_out_of_time:
             break
         start = initial_guess(Candidate((*fitted_members(base.hypothesis), *_merged(members)),
                                         0.0, base), residuals, nominal)
-        begun = fit(start, residuals, method.first_steps, like)
+        begun = fit(start, residuals, method.first_steps, nominal.hypothesis, borrows_only=True)
         tried.append((begun, _fitted(begun, members)))
     best = _best_of_joints(base, tried, residuals)
     if len({member.cause.key for _, member in best.values()}) < 2:
         return [each for each, _ in tried]
-    found = fit(_assembled(base, best), residuals, method.leader_steps, like)
+    found = fit(_assembled(base, best), residuals, method.finalist_steps,
+                lender(nominal, residuals.method.fitting))
     return [*(each for each, _ in tried),
             refit_orders(refit_event_times(found, residuals), residuals)]
 

@@ -143,14 +143,14 @@ def _first_steps(start: Hypothesis, candidate: Candidate, residuals: ResidualMod
     A part starts with the leader's parameters; where other alternatives start says nothing.
     """
     leader = part_of(candidate)
-    like = lender(candidate.extends or nominal, residuals.method.fitting)
+    like = (candidate.extends or nominal).hypothesis
     if leader is not None:
         unfitted = fit(start, residuals, 0, like)
         method = residuals.method
         if (starts_far_behind(unfitted, leader, nominal, method)
                 and is_needed(leader, start.members, nominal, method)):
             return unfitted
-    return fit(start, residuals, residuals.method.search.first_steps, like)
+    return fit(start, residuals, residuals.method.search.first_steps, like, borrows_only=True)
 
 
 def starts_far_behind(start: Fit, leader: Fit, nominal: Fit, method: Method) -> bool:

@@ -12,7 +12,9 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.alternatives import FEW
 from clie_blocks.analysis.gap.search.candidates import (
+    Candidate,
     cause_keys,
+    extensions,
     fitted_members,
     of_each_joint,
 )
@@ -38,6 +40,8 @@ from clie_blocks.analysis.gap.search.racing import (
 from clie_blocks.analysis.gap.search.screening import Screen
 from clie_blocks.analysis.gap.search.simpler import simpler_candidates
 from clie_blocks.analysis.gap.search.steps import SEARCH_STEPS, SearchSteps
+
+MANY_JOINTS = 3  # of an arm whose fits take long
 
 
 class SearchResult(NamedTuple):
@@ -114,11 +118,14 @@ class _Search(Contest):
         alone = alone[:method.leaders]
         if not alone:  # all of the causes need links that are not stated
             return []
-        fits = self.with_raced([], alone, method.single_finalists)
+        fits = self.with_singles(alone)
         if self.is_done(fits) or len(self.causes) == 1:
             return fits
         best = least(fits)
         fits = self.with_joint_by_joint(screen, self.nominal, fits)
+        fits = self.with_links(screen, fits)
+        if self.needs_several(best, least(fits)):
+            fits = self.grown_while_paid(screen, fits, [], least)
         if self.has_paid(best, least(fits)):
             return self.with_larger_sets(screen, fits, [])
         extended = self.near_the_best(sorted(fits, key=self.odds_against)[:method.extended_fits])
@@ -127,6 +134,27 @@ class _Search(Contest):
         if not self.is_done(fits) and not self.has_paid(best, least(fits)):
             fits = self.with_two_more(screen, extended, fits)
         return self.with_larger_sets(screen, fits, extended)
+
+    def with_singles(self, alone: list[Candidate]) -> list[Fit]:
+        """Fits of single causes.
+
+        Where none explains most of the gap of an arm of many joints, what each joint needs says
+        more than the last steps of these fits, or their alternatives.
+        """
+        method, is_long = self.method.search, self.residuals.problem.n > MANY_JOINTS
+        finalists = method.pair_finalists if is_long else method.single_finalists
+        fits = self.with_fitted([], alone, finalists)
+        if is_long and least(fits).excess > method.hopeless_share * self.nominal.excess:
+            return fits
+        return self.with_raced(fits, [], finalists)
+
+    def needs_several(self, alone: Fit, together: Fit) -> bool:
+        """Whether one cause leaves much, and a set with some at several joints leaves less.
+
+        Then pairs are no nearer than that set, from which the search goes on.
+        """
+        return (len(together.hypothesis.members) > 1
+                and alone.excess > self.method.search.hopeless_share * self.nominal.excess)
 
     def with_two_more(self, screen: Screen, bases: Sequence[Fit], fits: list[Fit]) -> list[Fit]:
         """Fits, and those of some of them with two causes more, where one more has not paid.
@@ -159,6 +187,11 @@ class _Search(Contest):
         """
         if len(best_of(fits).hypothesis.members) <= FEW:  # soon done, and they may leave nothing
             fits = self.with_raced(fits, [], self.method.search.larger_finalists)
+        return self.grown_while_paid(screen, fits, extended, best_of)
+
+    def grown_while_paid(self, screen: Screen, fits: list[Fit], extended: list[Fit],
+                         best_of: Callable[[Sequence[Fit]], Fit]) -> list[Fit]:
+        """Fits, and those of the best one with more causes, without alternatives in between."""
         best, has_paid = best_of(fits), True
         while not (self.is_done(fits) or best in extended or not has_paid
                    or len(best.hypothesis.members) >= self.method.search.most_causes):
@@ -201,6 +234,21 @@ class _Search(Contest):
         found = fit_joint_by_joint(base, of_each_joint(left, self.residuals, base, self.causes),
                                    self.nominal, self.residuals)
         return self.with_pruned([*fits, *found])
+
+    def with_links(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
+        """Fits, and those of the best set of causes beside what changes the links of all joints.
+
+        A payload alone explains next to nothing of what causes at single joints leave, though it
+        may cost most.
+        """
+        base = least(fits)
+        if self.is_done(fits) or len(base.hypothesis.members) < 2:
+            return fits
+        of_links = [column for column in screen.columns if column.cause.changes_links]
+        left = self.steps.screen_residual(dataclasses.replace(screen, columns=of_links),
+                                          self.residuals, base)
+        more = list(extensions(base, self.steps.singles(left, self.residuals, base, ())))
+        return self.with_fitted(fits, more, len(more))
 
     def with_simpler(self, fits: list[Fit]) -> list[Fit]:
         """Fits, and those of the likely ones whose causes have shrunk to simpler ones."""
