@@ -39,10 +39,10 @@ def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = No
     """Fit a hypothesis to the fit logs, then evaluate it on all logs.
 
     Slopes of the joint model and the links may be borrowed from a hypothesis that is `like` the
-    start, until a step gains little: until then only the causes are simulated, and a fit that
-    `borrows_only` ends there.  Where a fit ends
-    beyond the datasheet it continues with central differences: along a flat valley, the curvature
-    in a one-sided slope outweighs the datasheet.  By default it takes as many steps as the method
+    start, until a step gains little: until then only the causes are simulated.  There a fit ends
+    that `borrows_only`, as the first steps of many that compete.  Where another ends beyond the
+    datasheet it continues with central differences: along a flat valley, the curvature in a
+    one-sided slope outweighs the datasheet.  By default a fit takes as many steps as the method
     of the residuals says, and none once the time is over.
     """
     method = residuals.method.fitting
@@ -58,7 +58,7 @@ def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = No
         after = jacobian(hypothesis, residuals, like)
         if step is None or tangent.cost - after.cost < _least_gain(after, method):
             violation = after.prior_violation
-            if like is not None and borrows_only:
+            if borrows_only:
                 break
             if like is not None:
                 like, after = None, jacobian(hypothesis, residuals)

@@ -7,7 +7,7 @@ import pytest
 
 from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
 from clie_blocks.analysis.gap.causes.load import SPRING
-from clie_blocks.analysis.gap.fitting import refinement
+from clie_blocks.analysis.gap.fitting import levenberg_marquardt, refinement
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import (
     extended_jacobian,
@@ -144,3 +144,18 @@ def test_slopes_that_are_borrowed_leave_the_end_of_a_fit_where_it_is(case):
     ends = fit(start, residuals), fit(start, residuals, like=nominal.hypothesis)
     assert ends[1].cost == pytest.approx(ends[0].cost, abs=0.01 * ends[0].samples.sum())
     np.testing.assert_allclose(ends[1].spread, ends[0].spread, rtol=0.05)
+
+
+def test_a_fit_that_only_borrows_simulates_what_is_added_and_improves(case, monkeypatch):
+    made = case("coulomb")
+    residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
+    problem = nominal.hypothesis.problem
+    start = build_hypothesis(problem, (everywhere(COULOMB, problem.n, level=1e-3),),
+                             nominal.hypothesis)
+    lenders = []
+    monkeypatch.setattr(levenberg_marquardt, "jacobian", lambda hypothesis, residuals, like=None: (
+        lenders.append(like) or jacobian(hypothesis, residuals, like)))
+    begun = fit(start, residuals, 8, nominal.hypothesis, borrows_only=True)
+    assert set(lenders) == {nominal.hypothesis}
+    unfitted = fit(start, residuals, 0, nominal.hypothesis)
+    assert begun.cost < 0.9 * unfitted.cost

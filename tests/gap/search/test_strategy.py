@@ -14,13 +14,15 @@ from clie_blocks.analysis.gap.causes.drive import (
     TORQUE_RIPPLE,
 )
 from clie_blocks.analysis.gap.causes.friction import COULOMB, QUADRATIC_DRAG
-from clie_blocks.analysis.gap.causes.load import SPRING
+from clie_blocks.analysis.gap.causes.load import PAYLOAD, SPRING
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import holds_stably
+from clie_blocks.analysis.gap.search import strategy
 from clie_blocks.analysis.gap.search.candidates import Candidate
 from clie_blocks.analysis.gap.search.contest import Contest
 from clie_blocks.analysis.gap.search.further_causes import one_more_cause
+from clie_blocks.analysis.gap.search.screening import Screen
 from clie_blocks.analysis.gap.search.steps import SEARCH_STEPS
 from clie_blocks.analysis.gap.search.strategy import search_causes
 
@@ -116,6 +118,55 @@ def test_two_causes_are_added_where_one_does_not_pay_and_both_are_predicted_to(
         searched, together, largest):
     fits = searched(890.0, 880.0, (0.1,), together)
     assert max(len(fit.members) for fit in fits) == largest
+
+
+@pytest.fixture
+def arm(monkeypatch):
+    """Function from what sets of causes of two joints leave to the sets that were fitted."""
+    def run(alone, of_joints, beside_payload):
+        one, two, payload = (dataclasses.replace(cause, numbers=()) for cause in (
+            COULOMB, TIME_DELAY, PAYLOAD))
+        member_of = {cause: Member(cause, (0, 1), {}, {}) for cause in (one, two, payload)}
+        left = {frozenset({one}): alone, frozenset({one, two}): of_joints,
+                frozenset({one, two, payload}): beside_payload}
+
+        def race(residuals, nominal, candidates, finalists):
+            return [StubFit(left.get(frozenset(member.cause for member in each.members), WHOLE),
+                            each.members) for each in candidates]
+
+        def singles(screen, residuals, fit, causes):
+            """Without causes to search for, those that change the links."""
+            return [Candidate((member_of[one if causes else payload],), 0.5 * SAMPLES)]
+
+        monkeypatch.setattr(strategy, "of_each_joint", lambda *_: [])
+        monkeypatch.setattr(strategy, "fit_joint_by_joint", lambda base, *_: [
+            StubFit(of_joints, (member_of[one], member_of[two]))] * (not base.members))
+        paired = []
+        steps = dataclasses.replace(
+            SEARCH_STEPS, screen=lambda *_: Screen([], [], 1), singles=singles, race=race,
+            pairs=lambda screen, method: paired.append(1) or [],
+            screen_residual=lambda screen, residuals, fit: screen,
+            wrong_numbers=lambda problem: [], prune=lambda fit, residuals, excess_of_nominal: fit)
+        method = METHOD.with_values(**{"search.alternative_rounds": 0,
+                                       "search.neighbour_rounds": 0})
+        residuals = SimpleNamespace(
+            method=method, is_out_of_time=False,
+            problem=SimpleNamespace(n=2, law=SimpleNamespace(holds_joints=False)))
+        fits = search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps).fits
+        return {frozenset(member.cause.name for member in fit.members) for fit in fits}, paired
+    return run
+
+
+def test_a_payload_is_tried_beside_the_causes_of_all_joints_before_any_pair(arm):
+    """Alone it explains next to nothing, though it costs most once these are there."""
+    sets, paired = arm(alone=900.0, of_joints=700.0, beside_payload=0.1)
+    assert {"coulomb", "time_delay", "payload"} in sets and not paired
+
+
+@pytest.mark.parametrize("alone, of_joints", [(100.0, 90.0), (900.0, 950.0)])
+def test_pairs_are_tried_where_one_cause_explains_most_or_the_set_explains_less(
+        arm, alone, of_joints):
+    assert arm(alone, of_joints, beside_payload=80.0)[1]
 
 
 def test_a_fit_whose_loop_is_not_stable_is_not_extended():
