@@ -65,6 +65,7 @@ class SearchMethod:
     first_steps: int = threshold(2, "steps", "of each candidate that competes")
     finalist_steps: int = threshold(8, "steps", "of a fit that is continued")
     leader_steps: int = threshold(24, "steps", "more, of the leader that still moves")
+    leader_rounds: int = threshold(3, "times", "so many, if it still moves after them")
     far_behind: float = threshold(
         10.0, "times the excess of the best", "a fit that leaves more is not continued")
     unresolved_share: float = threshold(

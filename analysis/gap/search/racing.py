@@ -34,8 +34,8 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
             start = with_joint_model(finished[0], start, one.cost, residuals)
         finished.append(fit(start, residuals, method.search.finalist_steps, like))
         finished.sort(key=lambda one: one.total)
-    if finished and _is_still_moving(finished[0], method):
-        finished[0] = fit(finished[0].hypothesis, residuals, method.search.leader_steps)
+    if finished and _is_still_moving(finished[0], method.search.finalist_steps, method):
+        finished[0] = _to_the_end(finished[0], residuals)
     of_causes = {cause_keys(candidate.members): candidate for candidate in candidates}
     return [refit_orders(refit_event_times(one, residuals), residuals)
             if _seeks_anew(one, of_causes[cause_keys(one.hypothesis.members)],
@@ -270,7 +270,16 @@ def training_excess(fit: Fit, gain: float = 0.0) -> float:
     return (fit.cost - gain) / samples.sum(axis=0).mean() - samples.shape[1]
 
 
-def _is_still_moving(fit: Fit, method: Method) -> bool:
-    """Whether the fit of a finalist ended for want of steps, away from the noise."""
-    return (fit.iterations == method.search.finalist_steps
-            and fit.excess > method.calibration.healthy)
+def _to_the_end(moving: Fit, residuals: ResidualModel) -> Fit:
+    """Fit of a leader that ends by itself, or for want of rounds: an order may take many steps."""
+    steps = residuals.method.search.leader_steps
+    for _ in range(residuals.method.search.leader_rounds):
+        moving = fit(moving.hypothesis, residuals, steps)
+        if not _is_still_moving(moving, steps, residuals.method):
+            break
+    return moving
+
+
+def _is_still_moving(fit: Fit, steps: int, method: Method) -> bool:
+    """Whether a fit ended for want of steps, away from the noise."""
+    return fit.iterations == steps and fit.excess > method.calibration.healthy
