@@ -32,6 +32,7 @@ Left = Callable[[TorqueLag], float]
 Lagging = tuple[TorqueLag, float]
 """A lag, and what models leave with it."""
 _REACH = 5.0  # steps to which a parabola is trusted
+_ROUNDS = 4  # of the finest step, while the lag still moves by more than it
 
 
 def time_torque(controller: ControllerCheck, problem: Problem, method: Method,
@@ -107,6 +108,10 @@ def _lag(model: Fit, residuals: ResidualModel, excess: Callable[[Fit, ResidualMo
         return TorqueLag()
     for step in steps:
         late = _better(late, "age", step, left)
+    for _ in range(_ROUNDS):
+        before, late = late, _better(late, "age", steps[-1], left)
+        if abs(late[0].age - before[0].age) < steps[-1]:
+            break
     if late[0].age > 0.0 and late[1] > method.calibration.healthy:
         passed = TorqueLag(time_constant=late[0].age)
         best = passed, left(passed)

@@ -11,7 +11,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
     costs,
 )
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import damped_step
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import damped_step, first_lender
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 
@@ -42,7 +42,7 @@ def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit,
     new = [member for member in candidate.members if member.name not in known]
     keeps_all = len(known) + len(new) == len(candidate.members)
     reference = (before if keeps_all else nominal).cost
-    like = before.hypothesis
+    like = first_lender(before, residuals)
     if leader is not None:
         hypothesis = with_joint_model(leader, hypothesis, reference, residuals)
     for _ in range(method.joint_model_steps):

@@ -27,10 +27,12 @@ from clie_blocks.analysis.gap.method.fitting import FittingMethod
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.simulation.batch_runs import LANES
 
-__all__ = ["Fit", "damped_step", "fit", "lender", "predicted_gain", "standard_deviations"]
+__all__ = ["Fit", "damped_step", "first_lender", "fit", "is_long", "lender", "predicted_gain",
+           "standard_deviations"]
 
 UNIFORM_PRECISION = 3.0  # inverse variance, in tolerances, of what lies anywhere within its own
 TINY = 1e-9
+MANY_JOINTS = 3
 _BOUND_ROUNDS = 8  # of finding the limits and tolerances that a step ends at or beyond
 
 
@@ -78,6 +80,20 @@ def lender(fit: Fit, method: FittingMethod) -> Hypothesis | None:
     """
     violation = fit.prior_violation
     return fit.hypothesis if violation @ violation < method.two_sided_violation else None
+
+
+def first_lender(fit: Fit, residuals: ResidualModel) -> Hypothesis | None:
+    """Hypothesis whose slopes the first steps of other fits may borrow.
+
+    On an arm of many joints it is that of a fit whatever it absorbed: slopes of their own would
+    take most of the time, and what is only compared with others can do without.
+    """
+    return fit.hypothesis if is_long(residuals) else lender(fit, residuals.method.fitting)
+
+
+def is_long(residuals: ResidualModel) -> bool:
+    """Whether the robot has so many joints that its fits take long."""
+    return residuals.problem.n > MANY_JOINTS
 
 
 def _least_gain(tangent: Tangent, method: FittingMethod) -> float:

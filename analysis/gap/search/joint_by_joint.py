@@ -24,6 +24,7 @@ from clie_blocks.analysis.gap.search.candidates import (
     spent_parameters,
 )
 from clie_blocks.analysis.gap.search.event_times import refit_event_times
+from clie_blocks.analysis.gap.search.racing import first_steps
 from clie_blocks.analysis.gap.search.wave_orders import refit_orders
 
 _OF_JOINT = ("inertia", "damping", "load")
@@ -61,7 +62,7 @@ def fit_joint_by_joint(base: Fit, of_joints: Sequence[Sequence[Candidate]], nomi
             break
         start = initial_guess(Candidate((*fitted_members(base.hypothesis), *_merged(members)),
                                         0.0, base), residuals, nominal)
-        begun = fit(start, residuals, method.first_steps, nominal.hypothesis, borrows_only=True)
+        begun = first_steps(start, nominal, residuals)
         tried.append((begun, _fitted(begun, members)))
     best = _best_of_joints(base, tried, residuals)
     if len({member.cause.key for _, member in best.values()}) < 2:

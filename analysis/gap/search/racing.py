@@ -7,7 +7,12 @@ import numpy as np
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess, with_joint_model
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
+    first_lender,
+    fit,
+    is_long,
+    lender,
+)
 from clie_blocks.analysis.gap.fitting.parameter_count import parameter_count
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
@@ -142,15 +147,20 @@ def _first_steps(start: Hypothesis, candidate: Candidate, residuals: ResidualMod
 
     A part starts with the leader's parameters; where other alternatives start says nothing.
     """
-    leader = part_of(candidate)
-    like = (candidate.extends or nominal).hypothesis
+    leader, before = part_of(candidate), candidate.extends or nominal
     if leader is not None:
-        unfitted = fit(start, residuals, 0, like)
+        unfitted = fit(start, residuals, 0, first_lender(before, residuals))
         method = residuals.method
         if (starts_far_behind(unfitted, leader, nominal, method)
                 and is_needed(leader, start.members, nominal, method)):
             return unfitted
-    return fit(start, residuals, residuals.method.search.first_steps, like, borrows_only=True)
+    return first_steps(start, before, residuals)
+
+
+def first_steps(start: Hypothesis, before: Fit, residuals: ResidualModel) -> Fit:
+    """Fit after the first steps from a start with the joint model of another fit."""
+    return fit(start, residuals, residuals.method.search.first_steps,
+               first_lender(before, residuals), borrows_only=is_long(residuals))
 
 
 def starts_far_behind(start: Fit, leader: Fit, nominal: Fit, method: Method) -> bool:

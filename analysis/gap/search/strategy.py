@@ -9,6 +9,7 @@ from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.load import COUPLING
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import is_long
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.alternatives import FEW
 from clie_blocks.analysis.gap.search.candidates import (
@@ -40,8 +41,6 @@ from clie_blocks.analysis.gap.search.racing import (
 from clie_blocks.analysis.gap.search.screening import Screen
 from clie_blocks.analysis.gap.search.simpler import simpler_candidates
 from clie_blocks.analysis.gap.search.steps import SEARCH_STEPS, SearchSteps
-
-MANY_JOINTS = 3  # of an arm whose fits take long
 
 
 class SearchResult(NamedTuple):
@@ -141,10 +140,10 @@ class _Search(Contest):
         Where none explains most of the gap of an arm of many joints, what each joint needs says
         more than the last steps of these fits, or their alternatives.
         """
-        method, is_long = self.method.search, self.residuals.problem.n > MANY_JOINTS
-        finalists = method.pair_finalists if is_long else method.single_finalists
+        method, long = self.method.search, is_long(self.residuals)
+        finalists = method.pair_finalists if long else method.single_finalists
         fits = self.with_fitted([], alone, finalists)
-        if is_long and least(fits).excess > method.hopeless_share * self.nominal.excess:
+        if long and least(fits).excess > method.hopeless_share * self.nominal.excess:
             return fits
         return self.with_raced(fits, [], finalists)
 
