@@ -30,6 +30,8 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
     method = residuals.method
     begun = _first_fits(residuals, nominal, candidates)
     order = sorted(begun, key=lambda one: one.total)
+    if is_long(residuals) and _leaves_much(order[:1], nominal, method):
+        finalists = min(finalists, method.search.pair_finalists)
     to_finish = _finalists(begun, order, candidates, finalists, nominal, method)
     like = lender(nominal, method.fitting)
     finished: list[Fit] = []
@@ -278,6 +280,11 @@ def training_excess(fit: Fit, gain: float = 0.0) -> float:
     """Excess of a fit on the logs that it was fitted to, after a gain."""
     samples = fit.samples[:len(fit.hypothesis.problem.fit)]
     return (fit.cost - gain) / samples.sum(axis=0).mean() - samples.shape[1]
+
+
+def _leaves_much(best: Sequence[Fit], nominal: Fit, method: Method) -> bool:
+    """Whether the best of some fits, if there is one, explains less than most of the gap."""
+    return least_excess(best) > method.search.hopeless_share * nominal.excess
 
 
 def _to_the_end(moving: Fit, residuals: ResidualModel) -> Fit:

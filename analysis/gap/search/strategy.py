@@ -140,12 +140,12 @@ class _Search(Contest):
         Where none explains most of the gap of an arm of many joints, what each joint needs says
         more than the last steps of these fits, or their alternatives.
         """
-        method, long = self.method.search, is_long(self.residuals)
-        finalists = method.pair_finalists if long else method.single_finalists
-        fits = self.with_fitted([], alone, finalists)
-        if long and least(fits).excess > method.hopeless_share * self.nominal.excess:
+        method = self.method.search
+        fits = self.with_fitted([], alone, method.single_finalists)
+        if (is_long(self.residuals)
+                and least(fits).excess > method.hopeless_share * self.nominal.excess):
             return fits
-        return self.with_raced(fits, [], finalists)
+        return self.with_raced(fits, [], method.single_finalists)
 
     def needs_several(self, alone: Fit, together: Fit) -> bool:
         """Whether one cause leaves much, and a set with some at several joints leaves less.
