@@ -32,7 +32,6 @@ __all__ = ["Fit", "damped_step", "first_lender", "fit", "is_long", "lender", "pr
 
 UNIFORM_PRECISION = 3.0  # inverse variance, in tolerances, of what lies anywhere within its own
 TINY = 1e-9
-MANY_JOINTS = 3
 _BOUND_ROUNDS = 8  # of finding the limits and tolerances that a step ends at or beyond
 
 
@@ -93,7 +92,7 @@ def first_lender(fit: Fit, residuals: ResidualModel) -> Hypothesis | None:
 
 def is_long(residuals: ResidualModel) -> bool:
     """Whether the robot has so many joints that its fits take long."""
-    return residuals.problem.n > MANY_JOINTS
+    return residuals.problem.n > residuals.method.fitting.many_joints
 
 
 def _least_gain(tangent: Tangent, method: FittingMethod) -> float:

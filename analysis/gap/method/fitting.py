@@ -43,6 +43,10 @@ class FittingMethod:
         0.9, "share of what a late torque leaves",
         "that one behind a low-pass may leave: it has one number more")
 
+    many_joints: int = threshold(
+        3, "joints", "at most, of a robot whose fits are short: on more, first steps borrow all "
+        "slopes of the joint model, and fewer single causes are fitted to the end")
+
     difference_step: float = threshold(
         5e-3, "share of a parameter's size",
         "wider, curvature hides the slope of a flat valley and a fit crawls; narrower, the "

@@ -30,7 +30,7 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
     method = residuals.method
     begun = _first_fits(residuals, nominal, candidates)
     order = sorted(begun, key=lambda one: one.total)
-    if is_long(residuals) and _leaves_much(order[:1], nominal, method):
+    if order and is_long(residuals) and leaves_much(order[0], nominal, method):
         finalists = min(finalists, method.search.pair_finalists)
     to_finish = _finalists(begun, order, candidates, finalists, nominal, method)
     like = lender(nominal, method.fitting)
@@ -282,9 +282,9 @@ def training_excess(fit: Fit, gain: float = 0.0) -> float:
     return (fit.cost - gain) / samples.sum(axis=0).mean() - samples.shape[1]
 
 
-def _leaves_much(best: Sequence[Fit], nominal: Fit, method: Method) -> bool:
-    """Whether the best of some fits, if there is one, explains less than most of the gap."""
-    return least_excess(best) > method.search.hopeless_share * nominal.excess
+def leaves_much(fit: Fit, nominal: Fit, method: Method) -> bool:
+    """Whether a fit explains less than most of the gap."""
+    return fit.excess > method.search.hopeless_share * nominal.excess
 
 
 def _to_the_end(moving: Fit, residuals: ResidualModel) -> Fit:

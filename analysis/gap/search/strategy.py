@@ -35,6 +35,7 @@ from clie_blocks.analysis.gap.search.further_causes import (
 from clie_blocks.analysis.gap.search.joint_by_joint import fit_joint_by_joint
 from clie_blocks.analysis.gap.search.racing import (
     least_excess,
+    leaves_much,
     predicted_excess,
     worth_extending,
 )
@@ -142,8 +143,7 @@ class _Search(Contest):
         """
         method = self.method.search
         fits = self.with_fitted([], alone, method.single_finalists)
-        if (is_long(self.residuals)
-                and least(fits).excess > method.hopeless_share * self.nominal.excess):
+        if is_long(self.residuals) and leaves_much(least(fits), self.nominal, self.method):
             return fits
         return self.with_raced(fits, [], method.single_finalists)
 
@@ -153,7 +153,7 @@ class _Search(Contest):
         Then pairs are no nearer than that set, from which the search goes on.
         """
         return (len(together.hypothesis.members) > 1
-                and alone.excess > self.method.search.hopeless_share * self.nominal.excess)
+                and leaves_much(alone, self.nominal, self.method))
 
     def with_two_more(self, screen: Screen, bases: Sequence[Fit], fits: list[Fit]) -> list[Fit]:
         """Fits, and those of some of them with two causes more, where one more has not paid.

@@ -46,10 +46,9 @@ def hoisted(layout: Layout) -> Hoisted:
     """Return the expressions of a layout, those that hold for a whole run apart."""
     roots = [*layout.derivatives, *layout.record]
     place = _Places()
-    final = dict(_final(roots, place))
-    derivatives, record = ([final[root] if isinstance(root, Symbol) else root for root in some]
-                           for some in (layout.derivatives, layout.record))
-    return Hoisted(replace(layout, derivatives=derivatives, record=record), place.constants)
+    final = _at_each_step(roots, place)
+    return Hoisted(replace(layout, derivatives=final[:layout.nx], record=final[layout.nx:]),
+                   place.constants)
 
 
 class _Places:
@@ -59,9 +58,9 @@ class _Places:
         self.constants: list[Expression] = []
         self._known: dict[Symbol, Expression] = {}
 
-    def __call__(self, expression: Symbol) -> Expression:
-        """Return what stands for it at every step: a parameter stands for itself."""
-        if expression.op == "variable":
+    def __call__(self, expression: Expression) -> Expression:
+        """Return what stands for it at every step: numbers and parameters are themselves."""
+        if not isinstance(expression, Symbol) or expression.op == "variable":
             return expression
         if expression not in self._known:
             variable = expression.graph.variable("c", len(self.constants))
@@ -70,14 +69,13 @@ class _Places:
         return self._known[expression]
 
 
-def _final(roots: Iterable[Expression], place: _Places) -> Iterable[tuple[Symbol, Expression]]:
-    """Pairs of each node below the roots and what a step computes in its place."""
+def _at_each_step(roots: Iterable[Expression], place: _Places) -> list[Expression]:
+    """What a step computes in the place of the roots."""
     of_parameters: set[Symbol] = set()
     final: dict[Symbol, Expression] = {}
 
     def at_step(a: Expression) -> Expression:
-        return final[a] if isinstance(a, Symbol) and a not in of_parameters else (
-            place(a) if isinstance(a, Symbol) else a)
+        return final[a] if isinstance(a, Symbol) and a not in of_parameters else place(a)
 
     for node in topological(roots):
         if _is_of_parameters(node, of_parameters):
@@ -86,15 +84,12 @@ def _final(roots: Iterable[Expression], place: _Places) -> Iterable[tuple[Symbol
         if node.op == "variable":
             final[node] = node
         elif node.op == "div" and _is_fixed(node.args[1], of_parameters):
-            reciprocal = F.div(1.0, node.args[1])
-            final[node] = F.mul(at_step(node.args[0]),
-                                place(reciprocal) if isinstance(reciprocal, Symbol)
-                                else reciprocal)
+            final[node] = F.mul(at_step(node.args[0]), place(F.div(1.0, node.args[1])))
         elif node.op in ("sin", "cos"):
             final[node] = getattr(F, node.op)(_kept(at_step(node.args[0])))
         else:
             final[node] = getattr(F, node.op)(*map(at_step, node.args))
-    return [(root, at_step(root)) for root in roots if isinstance(root, Symbol)]
+    return [at_step(root) for root in roots]
 
 
 def _kept(angle: Expression) -> Expression:
