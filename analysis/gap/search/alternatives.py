@@ -43,6 +43,7 @@ _DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", 
         "dahl", "maxwell_slip", "position_dependent_friction", "friction_drift")
 _BENDING = {"presliding": 1.0, "dahl": 1.0, "maxwell_slip": 2.0}  # reach of equal stiffness
 _BRISTLE_TIME = 0.01  # s: damping over stiffness of a contact, to start from
+_DRAG_DRIFT, _DRY_DRIFT = friction.FRICTION_DRIFT
 _RIPPLES = (drive.TORQUE_RIPPLE, drive.COMMUTATION_RIPPLE, drive.GEAR_MESH_RIPPLE)
 _STRIBECK_SPEED = 0.03  # rad/s, below which Stribeck friction rises, to start from
 _STRIBECK_EXCESS = 0.3  # of the level, to start from
@@ -86,6 +87,8 @@ def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool,
                 if leader.hypothesis.problem.links.known or not cause.needs_links]
     fewer = [(*members[:k], *members[k + 1:]) for k in range(len(members))]
     candidates = [Candidate(some, 0.0, leader) for some in fewer if some]
+    candidates += [Candidate(some, 0.0, leader)
+                   for some in _with_drift_apart(members, possible, residuals.problem)]
     for some in (members, *(fewer if much_left and len(members) <= FEW else ())):
         candidates += _with_swapped_cause(some, leader, possible, residuals)
     return [candidate for candidate in candidates
@@ -115,6 +118,37 @@ def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequen
                 swapped = with_member(beside, other)
             if swapped is not None:
                 yield Candidate(swapped, 0.0, _with_even_friction(leader, member))
+
+
+def _with_drift_apart(members: tuple[Member, ...], causes: Sequence[Cause], problem: Problem,
+                      ) -> Iterator[tuple[Member, ...]]:
+    """Members with a dry friction that drifts as an even one beside a drag that drifts.
+
+    As the one stood for both, another cause may have made up for it at the same joint.
+    """
+    if not {friction.COULOMB, _DRAG_DRIFT} <= {*causes}:
+        return
+    for k, member in enumerate(members):
+        if member.cause is _DRY_DRIFT:
+            beside = (*members[:k], *members[k + 1:])
+            apart = _dry_drift_apart(member, problem)
+            yield (*beside, *apart)
+            yield from ((*(one for one in beside if one is not other), *apart)
+                        for other in beside if set(other.joints) <= set(member.joints))
+
+
+def _dry_drift_apart(member: Member, problem: Problem) -> tuple[Member, Member]:
+    """Coulomb friction of the mean level, and a drag that changes by as much at usual speeds."""
+    level, change = member.values["level"], member.values["coulomb_change"]
+    speed = np.sqrt(np.mean([np.mean(np.gradient(log.q, problem.period, axis=0)**2, axis=0)
+                             for log in problem.fit], axis=0)) + 1e-9
+    times = {key: member.values[key] for key in ("time_constant", "since")}
+    spans = {key: member.sizes[key] for key in ("time_constant", "since") if key in member.sizes}
+    mean = level + change / 2
+    return (Member(friction.COULOMB, member.joints, {"level": mean},
+                   {"level": np.abs(mean) + 1e-9}),
+            Member(_DRAG_DRIFT, member.joints, {"viscous_change": change / speed, **times},
+                   {"viscous_change": (np.abs(change) + 1e-9) / speed, **spans}))
 
 
 def _holds(member: Member, simpler: Member) -> bool:
