@@ -33,7 +33,7 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
     if order and is_long(residuals) and leaves_much(order[0], nominal, method):
         finalists = min(finalists, method.search.pair_finalists)
     to_finish = _finalists(begun, order, candidates, finalists, nominal, method)
-    like = lender(nominal, method.fitting)
+    like = first_lender(nominal, residuals)
     finished: list[Fit] = []
     for one in sorted(to_finish, key=lambda one: one.total):
         start = one.hypothesis

@@ -100,21 +100,16 @@ def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], na
         some, width = group
         return _run_group(simulator, log, some, width, names, dithered, every)
 
-    runs = side_by_side(run, _groups(sets, every, simulator.program.lanes), simulator.threads)
+    runs = side_by_side(run, _groups(sets, simulator.program.lanes), simulator.threads)
     return np.concatenate(runs) if len(runs) > 1 else runs[0]
 
 
-def _groups(sets: Sequence[Values], every: int, lanes: int,
-            ) -> Iterator[tuple[Sequence[Values], int]]:
+def _groups(sets: Sequence[Values], lanes: int) -> Iterator[tuple[Sequence[Values], int]]:
     """Sets that run side by side, and in how many lanes: in all, or one register for a few.
 
-    Two registers take half as long again as one.  A single run of every sample takes one lane, at
-    two thirds of the time.  A single run of means takes as many as a few do, for which the
-    machine code already exists.
+    Two registers take half as long again as one.  A single run takes as many lanes as a few do:
+    one lane would take two thirds of the time, and machine code of its own much longer.
     """
-    if len(sets) == 1 and every == 1:
-        yield sets, 1
-        return
     few = min(_register(), lanes) if lanes > 1 else 1
     first = 0
     while first < len(sets):

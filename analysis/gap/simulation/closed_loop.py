@@ -126,9 +126,14 @@ class Simulator:
     def positions(self, log: Log, sets: Sequence[Values], dithered: bool = True) -> np.ndarray:
         """Measured positions for many sets of parameters, shape (sets, n, N).
 
-        A run that diverges is NaN.
+        A run that diverges is NaN.  Where fits take means, positions are the differences of the
+        sums, for which the machine code exists.
         """
-        return batch_signals(self, log, sets, (_seen(log),), dithered)[..., :len(log)]
+        n, sums = self.shape.n, log.stride == 1
+        rows = batch_signals(self, log, sets, self._encoders(sums), dithered)
+        with np.errstate(invalid="ignore"):  # a run that diverges goes on as NaN
+            q = np.diff(rows) if sums else rows[..., :len(log)]
+        return q[:, n:] if log.of_other_encoder else q[:, :n]
 
     def means(self, views: Sequence[Log], sets: Sequence[Values], width: int) -> list[np.ndarray]:
         """The same of the views of one run, averaged over `width` neighbouring samples.
@@ -137,17 +142,21 @@ class Simulator:
         and both encoders at once half of it.
         """
         log, n = views[0], self.shape.n
-        encoders = 1 + self.shape.two_encoders
         if log.stride > 1:
-            samples = batch_signals(self, log, sets, ("q", "other")[:encoders], every=log.stride)
-            rows = len(log) // (log.stride * width)
-            means = samples[..., :rows * width].reshape(
-                *samples.shape[:-1], rows, width).mean(axis=-1)
+            samples = batch_signals(self, log, sets, self._encoders(False), every=log.stride)
+            count = len(log) // (log.stride * width)
+            means = samples[..., :count * width].reshape(
+                *samples.shape[:-1], count, width).mean(axis=-1)
         else:
-            sums = ("sum", "sum_other")[:encoders]
-            with np.errstate(invalid="ignore"):  # a run that diverges goes on as NaN
-                means = np.diff(batch_signals(self, log, sets, sums, every=width)) / width
+            rows = batch_signals(self, log, sets, self._encoders(True), every=width)
+            with np.errstate(invalid="ignore"):
+                means = np.diff(rows) / width
         return [means[:, n:] if view.of_other_encoder else means[:, :n] for view in views]
+
+    def _encoders(self, sums: bool) -> tuple[str, ...]:
+        """Signals of what all encoders of the joints read, or the sums of that."""
+        names = ("sum", "sum_other") if sums else ("q", "other")
+        return names[:1 + self.shape.two_encoders]
 
     def check(self, log: Log) -> None:
         """A stated loop runs with any log; its fit shows whether it diverges."""
