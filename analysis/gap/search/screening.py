@@ -14,6 +14,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause, Probe, Scene
+from clie_blocks.analysis.gap.fitting.compile_ahead import compile_ahead, compile_here
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import (
     Hypothesis,
@@ -129,10 +130,12 @@ def screen_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause
     fitted, target = joint_columns(nominal, residuals)
     bases = [np.linalg.qr(own)[0] for own in fitted]
     sizes = scene(residuals.problem, centre, motion)
-    columns = []
-    for cause in causes:
-        if residuals.problem.links.known or not cause.needs_links:
-            columns += _columns_of_cause(cause, residuals, centre, motion, sizes, bases)
+    columns, possible = [], [cause for cause in causes
+                             if residuals.problem.links.known or not cause.needs_links]
+    compile_ahead(_with_cause(centre, cause, probe.values) for cause in possible
+                  if _filter_of(cause) is None for probe in cause.probes(sizes)[:1])
+    for cause in possible:
+        columns += _columns_of_cause(cause, residuals, centre, motion, sizes, bases)
     return Screen(columns, [unexplained(left, basis) for basis, left in zip(bases, target)],
                   len(fitted[0]) - fitted[0].shape[1])
 
@@ -246,10 +249,9 @@ def _of_log(values: Values, run: int) -> Values:
 def _simulated(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: list[Values],
                ) -> Iterator[list[np.ndarray]]:
     """The changes by full simulation, for causes with a memory or inside the dynamics."""
-    problem, joints = hypothesis.problem, tuple(range(hypothesis.problem.n))
-    variants = [build_hypothesis(
-        problem, (*hypothesis.members, Member(cause, joints, values, values)), hypothesis)
-        for values in sets]
+    problem = hypothesis.problem
+    variants = [_with_cause(hypothesis, cause, values) for values in sets]
+    compile_here(variants[0])
     before = [rows.of_samples(state.q) for state, rows in zip(motion, _rows(problem))]
     for first in range(0, len(variants), WIDE):
         group = variants[first:first + WIDE]
@@ -258,6 +260,12 @@ def _simulated(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: 
                             group[0].simulator.threads)
         for i in range(len(group)):
             yield [_bounded(run[i].T - q) for run, q in zip(runs, before)]
+
+
+def _with_cause(hypothesis: Hypothesis, cause: Cause, values: Values) -> Hypothesis:
+    """Hypothesis with a further cause at all joints."""
+    member = Member(cause, tuple(range(hypothesis.problem.n)), values, values)
+    return build_hypothesis(hypothesis.problem, (*hypothesis.members, member), hypothesis)
 
 
 def _bounded(change: np.ndarray) -> np.ndarray:

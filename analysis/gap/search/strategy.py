@@ -7,6 +7,7 @@ from typing import NamedTuple
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.load import COUPLING
+from clie_blocks.analysis.gap.fitting.compile_ahead import compiler
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import is_long
@@ -59,13 +60,15 @@ def search_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause
     these, which may find a better one, the search is complete as well.
     """
     search = _Search(residuals, nominal, causes, steps)
-    screen = steps.screen(residuals, nominal, causes)
-    fits = search.with_wrong_numbers(screen, search.fits_of_causes(screen))
-    is_complete = not residuals.is_out_of_time
-    improved = search.with_neighbours(screen, fits)
-    if improved and search.leader(improved) not in fits:
-        improved = search.with_wrong_numbers(screen, improved)
-    return SearchResult(search.without_idle_causes(search.with_simpler(improved)), is_complete)
+    with compiler(is_long(residuals)):
+        screen = steps.screen(residuals, nominal, causes)
+        fits = search.with_wrong_numbers(screen, search.fits_of_causes(screen))
+        is_complete = not residuals.is_out_of_time
+        improved = search.with_neighbours(screen, fits)
+        if improved and search.leader(improved) not in fits:
+            improved = search.with_wrong_numbers(screen, improved)
+        fits = search.without_idle_causes(search.with_simpler(improved))
+    return SearchResult(fits, is_complete)
 
 
 @dataclasses.dataclass(frozen=True)

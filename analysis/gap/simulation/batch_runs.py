@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -104,25 +104,42 @@ def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], na
     return np.concatenate(runs) if len(runs) > 1 else runs[0]
 
 
+def compile_batches(simulator: LaneSimulator, names: Sequence[str], parameters: Collection[str],
+                    ) -> None:
+    """Compile what batches of a few runs need that record some signals.
+
+    Parameters
+    ----------
+    simulator : LaneSimulator
+        The closed loop.
+    names : tuple of str
+        Signals, see `batch_signals`.
+    parameters : collection of str
+        Keys of the parameters that differ from run to run.
+
+    """
+    program = simulator.program
+    program.compile(signals(*names, n=simulator.shape.n), parameters, _few(program.lanes))
+
+
 def _groups(sets: Sequence[Values], lanes: int) -> Iterator[tuple[Sequence[Values], int]]:
     """Sets that run side by side, and in how many lanes: in all, or one register for a few.
 
     Two registers take half as long again as one.  A single run takes as many lanes as a few do:
     one lane would take two thirds of the time, and machine code of its own much longer.
     """
-    few = min(_register(), lanes) if lanes > 1 else 1
-    first = 0
+    few, first = _few(lanes), 0
     while first < len(sets):
         width = few if len(sets) - first <= few else lanes
         yield sets[first:first + width], width
         first += width
 
 
-def _register() -> int:
-    """Lanes of one register; only where there is machine code."""
+def _few(lanes: int) -> int:
+    """Lanes of one register; one without machine code."""
     from clie_blocks.compiled.codegen.machine import register_width
 
-    return register_width()
+    return min(register_width(), lanes) if lanes > 1 else 1
 
 
 def _longest_delay(simulator: LaneSimulator, sets: Sequence[Values]) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.simulation.batch_runs import batch_signals
+from clie_blocks.analysis.gap.simulation.batch_runs import batch_signals, compile_batches
 from clie_blocks.compiled.cache.cached_program import cached_program, source_digest
 from clie_blocks.errors import DivergedError
 from clie_blocks.robot_loop.block import LoopBlock, Structure
@@ -91,7 +91,7 @@ class Simulator:
     @functools.cached_property
     def program(self) -> CachedProgram | Program:
         """The compiled program; an earlier process may have compiled it."""
-        return cached_program(self._identity, lambda: self.block.system)
+        return cached_program(self.identity, lambda: self.block.system)
 
     @property
     def threads(self) -> int | None:
@@ -99,7 +99,7 @@ class Simulator:
         return None if self.for_delays(0.0).program.lanes > 1 else 1
 
     @property
-    def _identity(self) -> str:
+    def identity(self) -> str:
         """What decides the program: sources, structure, and how the pieces act."""
         acts = [(name, piece.identity) for name, piece in self.block.pieces]
         sources = source_digest(
@@ -152,6 +152,10 @@ class Simulator:
             with np.errstate(invalid="ignore"):
                 means = np.diff(rows) / width
         return [means[:, n:] if view.of_other_encoder else means[:, :n] for view in views]
+
+    def compile(self, parameters: Collection[str], sums: bool) -> None:
+        """Compile what `means` runs, with these parameters run by run, before it is needed."""
+        compile_batches(self, self._encoders(sums), parameters)
 
     def _encoders(self, sums: bool) -> tuple[str, ...]:
         """Signals of what all encoders of the joints read, or the sums of that."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -126,6 +126,28 @@ class Batches:
                          arranged, schedule, sets, rows, recorder, width, threads,
                          f"running {self.name} {len(sets)} times")
         return replace(done, final_state=done.final_state[:, self._shown()])
+
+    def compile(self, log: str | Sequence[str], parameters: Collection[str], width: int) -> None:
+        """Compile what `batch` runs, before it is needed.
+
+        Parameters
+        ----------
+        log : str or list of str
+            Signals of which every row is kept.
+        parameters : collection of str
+            Those that are given run by run.
+        width : int
+            Number of runs side by side.
+
+        """
+        from clie_blocks.compiled.runtime.batch import lanes_of_runs
+
+        own = np.zeros(self._parameters.defaults.size, bool)
+        for key in parameters:
+            own[self._parameters.slots(key, self.name)] = True
+        arranged, memory = lanes_of_runs(
+            self._layout, select(self.signals, log, self.name), width, own)
+        self._build(arranged, "ode5", memory)
 
     @property
     def lanes(self) -> int:

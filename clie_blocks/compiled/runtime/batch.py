@@ -5,7 +5,7 @@ than a chunk is kept unless it is logged.
 """
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -130,16 +130,24 @@ def run_batch(build: Callable[[Layout, Memory], Engine], arranged: Layout, sched
               sets: ParameterSets, rows: Rows, recorder: Recorder, width: int, threads: int,
               label: str) -> Batch:
     """Run all parameter sets on the same inputs, `width` side by side in each thread."""
-    record = [arranged.record[arranged.slots[name]] for name in recorder.entries]
-    memory = lanes(width, arranged.nx, len(record), sets.own)
-    engine = build(replace(arranged, record=record, slots={}), memory)
-    groups = [Group(sets, memory, first, len(record)) for first in range(0, len(sets), width)]
+    recorded, memory = lanes_of_runs(arranged, recorder.entries, width, sets.own)
+    engine = build(recorded, memory)
+    groups = [Group(sets, memory, first, len(recorded.record))
+              for first in range(0, len(sets), width)]
     _advance_all(engine, schedule, groups, rows, recorder, threads, label)
     reduced = [group.results(recorder) for group in groups]
     return Batch(schedule.time, recorder.outputs, recorder.log,
                  np.concatenate([group.final_state() for group in groups]),
                  {name: np.concatenate([each[name] for each in reduced])
                   for name in recorder.reduce})
+
+
+def lanes_of_runs(arranged: Layout, entries: Sequence[str], width: int, own: np.ndarray,
+                  ) -> tuple[Layout, Memory]:
+    """Return the layout that records some signals, and the memory of runs with own parameters."""
+    record = [arranged.record[arranged.slots[name]] for name in entries]
+    return (replace(arranged, record=record, slots={}),
+            lanes(width, arranged.nx, len(record), own))
 
 
 def lanes_and_threads(runs: int, threads: int | None, widest: int) -> tuple[int, int]:
