@@ -128,7 +128,8 @@ class _Search(Contest):
         fits = self.with_joint_by_joint(screen, self.nominal, fits)
         fits = self.with_links(screen, fits)
         if self.needs_several(best, least(fits)):
-            fits = self.grown_while_paid(screen, fits, [], least)
+            fits = self.grown_from_what_is_needed(
+                screen, self.grown_while_paid(screen, fits, [], least))
         if self.has_paid(best, least(fits)):
             return self.with_larger_sets(screen, fits, [])
         extended = self.near_the_best(sorted(fits, key=self.odds_against)[:method.extended_fits])
@@ -205,6 +206,19 @@ class _Search(Contest):
                 if has_paid:
                     break
         return fits
+
+    def grown_from_what_is_needed(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
+        """Fits, and those of the best set without idle causes, and with others in their place.
+
+        What the best cause of a joint explained, a later one may explain; but a set that is full
+        takes none.
+        """
+        if self.is_done(fits):
+            return fits
+        smaller = without_idle_causes(least(fits), fits, self.nominal, self.residuals)
+        if not smaller:
+            return fits
+        return self.grown_while_paid(screen, self.with_pruned([*fits, *smaller]), [], self.leader)
 
     def grown(self, screen: Screen, base: Fit, fits: list[Fit]) -> Iterator[list[Fit]]:
         """Fits, and with each step more sets that are larger than a base, the likeliest first."""
