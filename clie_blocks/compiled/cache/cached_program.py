@@ -77,7 +77,7 @@ def _compile(diagram: ct.NonlinearIOSystem) -> Program:
 
     with _without_collection():
         program = Program(diagram, repeated=False)
-        check(program.in_python(), diagram, QUICK_POINTS)
+        check(program.interpreted(), diagram, QUICK_POINTS)
     warn_of_callbacks(program.name, program.callbacks)
     return program
 

@@ -88,7 +88,9 @@ def _at_each_step(roots: Iterable[Expression], place: _Places) -> list[Expressio
         elif node.op in ("sin", "cos"):
             final[node] = getattr(F, node.op)(_kept(at_step(node.args[0])))
         else:
-            final[node] = getattr(F, node.op)(*map(at_step, node.args))
+            args = [*map(at_step, node.args)]
+            is_same = all(new is old for new, old in zip(args, node.args))
+            final[node] = node if is_same else getattr(F, node.op)(*args)
     return [at_step(root) for root in roots]
 
 

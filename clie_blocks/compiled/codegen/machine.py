@@ -36,9 +36,9 @@ class Machine:
     def __init__(self, text: str, names: list[str], imported: dict[str, int] | None = None,
                  is_brief: bool = False) -> None:
         with _lock:
-            target, jit = _target(), _jit()
+            target, jit = _target(1 if is_brief else 2), _jit()
             optimised = not is_brief and text.count("\n") < _LARGE
-            name = store.key(text, str(optimised), llvmlite.__version__,
+            name = store.key(text, str(optimised), str(is_brief), llvmlite.__version__,
                              str(llvm.llvm_version_info), target.triple, llvm.get_host_cpu_name(),
                              llvm.get_host_cpu_features().flatten())
             tracker = _linked_from_cache(jit, name, names, imported or {})
@@ -71,19 +71,21 @@ def lane_width() -> int:
 def register_width() -> int:
     """Return how many numbers a register of this processor holds."""
     with _lock:
-        _target()
+        _target(2)
     features = llvm.get_host_cpu_features()
     return 8 if features.get("avx512f") else 4 if features.get("avx") else 2
 
 
-def _target() -> llvm.TargetMachine:
-    if "target" not in _state:
+def _target(level: int) -> llvm.TargetMachine:
+    """This processor, for code that takes more or less time to make; 1 saves a tenth of it."""
+    name = f"target {level}"
+    if name not in _state:
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
-        _state["target"] = llvm.Target.from_default_triple().create_target_machine(
+        _state[name] = llvm.Target.from_default_triple().create_target_machine(
             cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(),
-            opt=2, jit=True)
-    return _state["target"]
+            opt=level, jit=True)
+    return _state[name]
 
 
 def _jit() -> llvm.LLJIT:

@@ -99,7 +99,7 @@ class _Tracer:
     def _leaf(self, leaf: Leaf) -> tuple[list[Expression], list[Expression]]:
         system = leaf.system
         x = [self.graph.variable("x", leaf.x + k) for k in range(system.nstates)]
-        u = [self.graph.variable("w", leaf.u + k) for k in range(system.ninputs)]
+        u = [self._input(leaf.u + k) for k in range(system.ninputs)]
         if isinstance(system, ct.StateSpace):
             return (_linear(system.C, x, system.D, u), _linear(system.A, x, system.B, u))
         y: list[Expression] = [*x]
@@ -111,6 +111,15 @@ class _Tracer:
                 raise DiagramError(f"block {leaf.name!r}: its {kind} function returns "
                                    f"{len(got)} values where {wanted} are declared")
         return y, dx
+
+    def _input(self, index: int) -> Symbol:
+        """An input of a block: one of the diagram itself, or what is known once all are traced."""
+        wire = self.flat.wires[index]
+        if all(kind != "y" for kind, _ in wire):
+            source = self._wire(wire)
+            if isinstance(source, Symbol):
+                return source
+        return self.graph.variable("w", index)
 
     def _call(self, leaf: Leaf, kind: str, function: BlockFunction, x: list[Symbol],
               u: list[Symbol]) -> list[Expression]:
@@ -198,8 +207,10 @@ class _Tracer:
         if node.op == "variable":
             kind, index = node.args
             return self._wire(self.flat.wires[index]) if kind == "w" else node
-        return getattr(F, node.op)(
-            *(self.final[a] if isinstance(a, Symbol) else a for a in node.args))
+        args = [self.final[a] if isinstance(a, Symbol) else a for a in node.args]
+        if all(new is old for new, old in zip(args, node.args)):
+            return node
+        return getattr(F, node.op)(*args)
 
     def _wire(self, wire: Wire) -> Expression:
         if not isinstance(self.diagram, ct.InterconnectedSystem):
