@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Protocol
 
+from clie_blocks.analysis.gap.fitting.compile_ahead import compile_here
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import (
     Hypothesis,
@@ -37,6 +38,7 @@ def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit,
     method = residuals.method.fitting
     before = candidate.extends or nominal
     hypothesis = build_hypothesis(residuals.problem, candidate.members, before.hypothesis)
+    compile_here(hypothesis)
     fitted_keys = {parameter.key for parameter in before.hypothesis.free_parameters}
     known = {member.name for member in before.hypothesis.members}
     new = [member for member in candidate.members if member.name not in known]

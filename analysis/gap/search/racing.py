@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.fitting.compile_ahead import compile_ahead, compile_here
+from clie_blocks.analysis.gap.fitting.compile_ahead import compile_ahead
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess, with_joint_model
@@ -133,15 +133,13 @@ def _first_fits(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Can
     begun: list[Fit] = []
     best, gain = None, 0.0
     in_order = sorted(candidates, key=predicted_excess)
-    unfitted = [build_hypothesis(residuals.problem, candidate.members, nominal.hypothesis)
-                for candidate in in_order]
-    compile_ahead(unfitted[1:])
-    for candidate, hypothesis in zip(in_order, unfitted):
+    compile_ahead(build_hypothesis(residuals.problem, candidate.members, nominal.hypothesis)
+                  for candidate in in_order[1:])
+    for candidate in in_order:
         if begun and residuals.is_out_of_time:
             break
         if best is None or (can_compete(candidate, best, residuals.method) and not is_outclassed(
                 candidate, best, gain, nominal, residuals.method)):
-            compile_here(hypothesis)
             start = initial_guess(candidate, residuals, nominal, best)
             begun.append(_first_steps(start, candidate, residuals, nominal))
             if best is None or training_excess(begun[-1]) < training_excess(best):

@@ -46,6 +46,12 @@ def test_the_next_process_needs_no_diagram(difference, folder):
         np.testing.assert_array_equal(found.final_state, expected.final_state)
 
 
+def test_a_batch_runs_what_was_compiled_before_it_was_needed(difference, folder):
+    cached_program("one", lambda: difference).compile(["y[0]", "y[1]"], SETS, 4)
+    np.testing.assert_array_equal(ran(cached_program("one", nowhere)).outputs,
+                                  ran(compile_diagram(difference)).outputs)
+
+
 def test_what_was_not_asked_before_is_compiled_from_the_diagram(difference, folder):
     ran(cached_program("one", lambda: difference), log=["y[1]"])
     asked = []

@@ -29,6 +29,19 @@ def test_equals_python_control_at_random_points(name):
                                    rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.parametrize("name", TRACED)
+def test_operations_one_by_one_give_the_same(name):
+    diagram, program = program_of(name)
+    random = np.random.default_rng(9)
+    one_by_one = program.interpreted()
+    for _ in range(5):
+        t, x, u = random.uniform(0, 5), random.normal(size=diagram.nstates), random.normal(
+            size=diagram.ninputs)
+        for kind in ("dynamics", "output"):
+            np.testing.assert_allclose(getattr(one_by_one, kind)(t, x, u),
+                                       getattr(program, kind)(t, x, u), rtol=1e-12, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", CONTINUOUS)
 def test_runs_as_input_output_response(name):
     diagram, program = program_of(name)

@@ -72,6 +72,26 @@ def test_both_forms_of_load_dependent_friction_are_alternatives_where_links_are_
     assert np.all(swapped.members[0].values["share"] == 0.2)
 
 
+def test_a_dry_friction_that_drifts_is_tried_as_an_even_one_beside_a_drag_that_drifts(rubbing):
+    """Beside the one, another cause may have stood for the drag."""
+    residuals, nominal = rubbing
+    n, logs = nominal.hypothesis.problem.n, len(residuals.problem.logs)
+    dry = member(friction.FRICTION_DRIFT[1], n, level=0.1, coulomb_change=0.04, time_constant=8.0)
+    since = np.zeros((logs, n))
+    dry = dataclasses.replace(dry, values={**dry.values, "since": since})
+    error = member(drive.TORQUE_GAIN_ERROR, n, error=0.1)
+    leader = leading(nominal, dry, error)
+    apart = {"coulomb", "friction_drift:viscous"}
+    candidates = alternatives(leader, [leader], CAUSES, residuals)
+    assert {*apart, "torque_gain_error"} in keys(candidates) and apart in keys(candidates)
+    (even, drag), = [one.members for one in candidates if keys([one]) == [apart]]
+    assert even.values["level"] == pytest.approx(0.12)
+    assert np.all(drag.values["viscous_change"] > 0) and np.all(
+        drag.values["time_constant"] == 8.0)
+    without = [cause for cause in CAUSES if cause is not friction.COULOMB]
+    assert apart not in keys(alternatives(leader, [leader], without, residuals))
+
+
 def test_stops_that_may_leave_no_play_are_tried_as_a_spring(rubbing):
     residuals, nominal = rubbing
     stops = leading(nominal, member(load.SOFT_STOP, nominal.hypothesis.problem.n, stiffness=2.0,

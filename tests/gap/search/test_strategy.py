@@ -169,6 +169,17 @@ def test_pairs_are_tried_where_one_cause_explains_most_or_the_set_explains_less(
     assert arm(alone, of_joints, beside_payload=80.0)[1]
 
 
+def test_a_set_of_all_joints_grows_again_without_what_it_does_not_need(arm, monkeypatch):
+    """A set that is full takes no further cause, though the right one may be missing."""
+    needed, bases = StubFit(600.0, MEMBERS[-1:]), []
+    monkeypatch.setattr(strategy, "without_idle_causes", lambda leader, fits, *_: (
+        [needed] if len(leader.members) > 1 and needed not in fits else []))
+    monkeypatch.setattr(strategy, "one_more_cause",
+                        lambda contest, screen, base: bases.append(base) or [])
+    arm(alone=900.0, of_joints=700.0, beside_payload=650.0)
+    assert needed in bases
+
+
 def test_a_fit_whose_loop_is_not_stable_is_not_extended():
     """Its sensitivity grows without bound, and so would what it sees in the error."""
     damped = SimpleNamespace(holds_joints=True, torque_sensitivity=lambda k, inertia, damping: (
@@ -184,5 +195,5 @@ def test_a_fit_whose_loop_is_not_stable_is_not_extended():
 def test_where_no_cause_can_act_nothing_is_fitted():
     steps = dataclasses.replace(SEARCH_STEPS, screen=lambda *_: None, singles=lambda *_: [],
                                 wrong_numbers=lambda problem: [])
-    residuals = SimpleNamespace(method=METHOD, problem=None, is_out_of_time=False)
+    residuals = SimpleNamespace(method=METHOD, problem=SimpleNamespace(n=1), is_out_of_time=False)
     assert search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps).fits == []
