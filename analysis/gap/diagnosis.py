@@ -219,7 +219,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
 
     """
     start = time.monotonic()
-    deadline = start + method.search.budget_share * seconds
+    deadline = start + _search_share(problem, method) * seconds
     causes, excluded = select_causes(effects, exclude), excluded_names(effects, exclude)
     problem = stages.read_set_points(problem, method, stages.steps)
     controller, causes = _within_reach(problem.law, stages.check_controller(problem), causes)
@@ -276,6 +276,12 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         reason=_reason(decision, first, controller, earned), is_complete=is_complete,
         excluded=excluded, formula=_formula(decision, mapped, first, start + seconds, stages),
         seconds=time.monotonic() - start)
+
+
+def _search_share(problem: Problem, method: Method) -> float:
+    """Share of the budget after which the search ends."""
+    is_long = problem.n > method.fitting.many_joints
+    return method.search.long_budget_share if is_long else method.search.budget_share
 
 
 def _with_counts_read(problem: Problem, controller: ControllerCheck,

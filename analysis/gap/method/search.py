@@ -128,3 +128,8 @@ class SearchMethod:
     budget_share: float = threshold(
         0.8, "share of the budget of a diagnosis",
         "after which the search ends: the rest is for reading, unseen data and the next run")
+    long_budget_share: float = threshold(
+        0.7, "share of the budget of a diagnosis",
+        "the same for arms of many joints, of which the rest takes longer")
+    idle_seconds: float = threshold(
+        8.0, "s", "that a search takes to leave idle causes out, after it had to stop as well")

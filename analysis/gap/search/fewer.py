@@ -6,9 +6,8 @@ tried, and a name that explains nothing would stand in the answer.
 """
 
 import dataclasses
+import time
 from collections.abc import Collection, Iterator
-
-import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
@@ -37,10 +36,12 @@ def without_idle_causes(leader: Fit, fits: Collection[Fit], nominal: Fit,
     nominal : Fit
         The refitted nominal model.
     residuals : ResidualModel
-        Of the logs; the time may be over.
+        Of the logs; the time may be over, of which this takes some seconds more.
 
     """
-    in_time, method = dataclasses.replace(residuals, deadline=np.inf), residuals.method
+    method = residuals.method
+    in_time = dataclasses.replace(
+        residuals, deadline=time.monotonic() + method.search.idle_seconds)
     known, likelier = {cause_keys(one.hypothesis.members) for one in fits}, list[Fit]()
     smaller: Fit | None = leader
     while smaller is not None:
