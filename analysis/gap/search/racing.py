@@ -12,7 +12,6 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
     first_lender,
     fit,
     is_long,
-    lender,
 )
 from clie_blocks.analysis.gap.fitting.parameter_count import parameter_count
 from clie_blocks.analysis.gap.method.method import Method

@@ -77,7 +77,7 @@ def register_width() -> int:
 
 
 def _target(level: int) -> llvm.TargetMachine:
-    """This processor, for code that takes more or less time to make; 1 saves a tenth of it."""
+    """The processor, for code that takes more or less time to make; level 1 saves a tenth."""
     name = f"target {level}"
     if name not in _state:
         llvm.initialize_native_target()
