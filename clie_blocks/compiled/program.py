@@ -80,7 +80,7 @@ def compile_diagram(diagram: ct.NonlinearIOSystem, engine: str = "llvm",
     return program
 
 
-@dataclass(frozen=True)
+@dataclass
 class Interpreted:
     """A program that is there at once, for a few points: its expressions, evaluated one by one."""
 

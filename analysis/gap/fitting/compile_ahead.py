@@ -14,7 +14,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterable, Iterator
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple, cast
 
 from clie_blocks.analysis.gap.causes.vocabulary import searched_causes
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
@@ -80,8 +80,8 @@ class _Compiler:
                 self._asked.add(job.identity)
                 self._current = job.identity
             with contextlib.suppress(OSError, ValueError):  # it has ended
-                _write(job, self._process.stdin)
-                self._process.stdout.readline()
+                _write(job, cast(BinaryIO, self._process.stdin))
+                cast(BinaryIO, self._process.stdout).readline()
             with self._changed:
                 self._current = ""
                 self._changed.notify_all()

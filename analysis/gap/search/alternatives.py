@@ -44,6 +44,7 @@ _DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", 
 _BENDING = {"presliding": 1.0, "dahl": 1.0, "maxwell_slip": 2.0}  # reach of equal stiffness
 _BRISTLE_TIME = 0.01  # s: damping over stiffness of a contact, to start from
 _DRAG_DRIFT, _DRY_DRIFT = friction.FRICTION_DRIFT
+_DRIFT_TIMES = ("time_constant", "since")
 _RIPPLES = (drive.TORQUE_RIPPLE, drive.COMMUTATION_RIPPLE, drive.GEAR_MESH_RIPPLE)
 _STRIBECK_SPEED = 0.03  # rad/s, below which Stribeck friction rises, to start from
 _STRIBECK_EXCESS = 0.3  # of the level, to start from
@@ -142,8 +143,8 @@ def _dry_drift_apart(member: Member, problem: Problem) -> tuple[Member, Member]:
     level, change = member.values["level"], member.values["coulomb_change"]
     speed = np.sqrt(np.mean([np.mean(np.gradient(log.q, problem.period, axis=0)**2, axis=0)
                              for log in problem.fit], axis=0)) + 1e-9
-    times = {key: member.values[key] for key in ("time_constant", "since")}
-    spans = {key: member.sizes[key] for key in ("time_constant", "since") if key in member.sizes}
+    times: Values = {key: member.values[key] for key in _DRIFT_TIMES}
+    spans: Values = {key: member.sizes[key] for key in _DRIFT_TIMES if key in member.sizes}
     mean = level + change / 2
     return (Member(friction.COULOMB, member.joints, {"level": mean},
                    {"level": np.abs(mean) + 1e-9}),

@@ -10,7 +10,7 @@ from clie_blocks.compiled.ir.operations import operation_named
 from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
 
 
-def evaluate(roots: Sequence[Expression], variables: Mapping[str, Sequence[float]],
+def evaluate(roots: Sequence[Expression], variables: Mapping[str, Any],
              opaque: Sequence[Callback] = ()) -> np.ndarray:
     """Return the values of some expressions.
 
