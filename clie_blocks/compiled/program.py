@@ -82,7 +82,18 @@ def compile_diagram(diagram: ct.NonlinearIOSystem, engine: str = "llvm",
 
 @dataclass
 class Interpreted:
-    """A program that is there at once, for a few points: its expressions, evaluated one by one."""
+    """A program that is there at once, for a few points: its expressions, evaluated one by one.
+
+    Parameters
+    ----------
+    name, states, outputs, params
+        As of the `Program`.
+    layout : Layout
+        What to evaluate.
+    parameters : Parameters
+        Where the values of parameters lie.
+
+    """
 
     name: str
     states: list[tuple[str, str]]

@@ -24,6 +24,7 @@ from clie_blocks.processors import processors
 from clie_blocks.robot_loop.block import Structure
 
 _DONE = b"\n"
+_PATIENCE = 10.0  # s that a program in progress is waited for, which takes less than one
 
 
 class _Job(NamedTuple):
@@ -61,7 +62,7 @@ class _Compiler:
         with self._changed:
             self._waiting = [job for job in self._waiting if job.identity != identity]
             self._asked.add(identity)
-            self._changed.wait_for(lambda: self._current != identity)
+            self._changed.wait_for(lambda: self._current != identity, _PATIENCE)
 
     def end(self) -> None:
         """Stop; what is on the disk is whole."""
@@ -93,14 +94,23 @@ _compilers: list[_Compiler] = []  # of the searches that are running
 @contextlib.contextmanager
 def compiler(is_worth_it: bool) -> Iterator[None]:
     """Compile what `compile_ahead` names in another process, where there is a processor for it."""
-    if not is_worth_it or processors() < 2 or store.folder() is None:
+    running = _started() if is_worth_it and processors() > 1 and store.folder() else None
+    if running is None:
         yield
         return
-    _compilers.append(_Compiler())
+    _compilers.append(running)
     try:
         yield
     finally:
         _compilers.pop().end()
+
+
+def _started() -> _Compiler | None:
+    """A compiler; None where no process can be started."""
+    try:
+        return _Compiler() if sys.executable else None
+    except OSError:
+        return None
 
 
 def compile_ahead(hypotheses: Iterable[Hypothesis]) -> None:

@@ -79,3 +79,19 @@ def test_no_process_where_it_gains_nothing(folder, monkeypatch, worth, processor
     with ahead.compiler(worth):
         assert not ahead._compilers
         ahead.compile_ahead([])
+
+
+def test_a_search_goes_on_where_no_process_starts_or_one_ends_early(healthy, folder, monkeypatch):
+    late = hypothesis(healthy, TIME_DELAY, delay=2e-3)
+    monkeypatch.setattr(ahead.sys, "executable", str(folder / "no such program"))
+    with ahead.compiler(True):
+        assert not ahead._compilers
+    monkeypatch.undo()
+    monkeypatch.setenv("CLIE_BLOCKS_CACHE", str(folder))
+    monkeypatch.setattr(ahead, "processors", lambda: 2)
+    with ahead.compiler(True):
+        (running,) = ahead._compilers
+        running._process.kill()
+        ahead.compile_ahead([late])
+        ahead.compile_here(late)
+        assert np.isfinite(late.means(0, [late.values])[0]).all()
