@@ -166,7 +166,7 @@ def test_so101_has_a_delay_first_then_a_coarse_encoder_and_dry_friction(shared):
     error = {name: rms[0] for name, rms in diagnosis.findings[0].left.items()}
     assert error["both"] < 0.5 * min(error[name] for name in ("lag", "setpoint_delay", "coulomb"))
     assert step["parameters"]["step"]["value"][0] == pytest.approx(1.534e-3, rel=0.01)
-    assert cause_names(diagnosis)[:2] == ["coulomb", "asymmetric_coulomb"]  # after the delay
+    assert cause_names(diagnosis)[0] == "coulomb"  # after the delay
     assert stored["families"]["friction"] > 0.8
     level = diagnosis.model.hypothesis.values["coulomb.level"][0]
     path = fit_position_path(ready[0], 0, ("delay", "level"))
