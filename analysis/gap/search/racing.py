@@ -12,6 +12,7 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
     first_lender,
     fit,
     is_long,
+    lender,
 )
 from clie_blocks.analysis.gap.fitting.parameter_count import parameter_count
 from clie_blocks.analysis.gap.method.method import Method
@@ -25,15 +26,18 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
          ) -> list[Fit]:
     """Fit candidates for a few steps, then the best of them, and the favourites, to the end.
 
-    Returns all of them; only those that competed are there.
+    Returns all of them; only those that competed are there.  Where none
+    of them explains most of the gap of an arm of many joints, fewer are continued, with slopes
+    of the refitted nominal model: they only compete for a place in larger sets.
     """
     method = residuals.method
     begun = _first_fits(residuals, nominal, candidates)
     order = sorted(begun, key=lambda one: one.total)
+    like = lender(nominal, method.fitting)
     if order and is_long(residuals) and leaves_much(order[0], nominal, method):
         finalists = min(finalists, method.search.pair_finalists)
+        like = first_lender(nominal, residuals)
     to_finish = _finalists(begun, order, candidates, finalists, nominal, method)
-    like = first_lender(nominal, residuals)
     finished: list[Fit] = []
     for one in sorted(to_finish, key=lambda one: one.total):
         start = one.hypothesis
