@@ -280,8 +280,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
 
 def _search_share(problem: Problem, method: Method) -> float:
     """Share of the budget after which the search ends."""
-    is_long = problem.n > method.fitting.many_joints
-    return method.search.long_budget_share if is_long else method.search.budget_share
+    search = method.search
+    return search.long_budget_share if method.fitting.is_long(problem.n) else search.budget_share
 
 
 def _with_counts_read(problem: Problem, controller: ControllerCheck,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import control as ct
@@ -19,10 +19,9 @@ from clie_blocks.compiled.codegen.python import PythonEngine, source
 from clie_blocks.compiled.frontend.callbacks import warn_of_callbacks
 from clie_blocks.compiled.frontend.tracing import trace
 from clie_blocks.compiled.ir.callback import Callback
-from clie_blocks.compiled.ir.evaluation import evaluate
+from clie_blocks.compiled.ir.evaluation import Interpreted
 from clie_blocks.compiled.ir.layout import Layout, layout
-from clie_blocks.compiled.ir.parameters import Parameters
-from clie_blocks.compiled.ir.symbols import Expression, Symbol
+from clie_blocks.compiled.ir.symbols import Symbol
 from clie_blocks.compiled.runtime.api import Studies
 from clie_blocks.compiled.runtime.arguments import count_steps, select, state_vector
 from clie_blocks.compiled.runtime.events import Bounds, StopBounds
@@ -78,46 +77,6 @@ def compile_diagram(diagram: ct.NonlinearIOSystem, engine: str = "llvm",
     check(program, diagram, QUICK_POINTS if program.cached or program.is_large else POINTS)
     warn_of_callbacks(program.name, program.callbacks)
     return program
-
-
-@dataclass
-class Interpreted:
-    """A program that is there at once, for a few points: its expressions, evaluated one by one.
-
-    Parameters
-    ----------
-    name, states, outputs, params
-        As of the `Program`.
-    layout : Layout
-        What to evaluate.
-    parameters : Parameters
-        Where the values of parameters lie.
-
-    """
-
-    name: str
-    states: list[tuple[str, str]]
-    outputs: list[str]
-    params: dict[str, Any]
-    layout: Layout
-    parameters: Parameters
-
-    def dynamics(self, t: float, x: ArrayLike, u: ArrayLike,
-                 params: Mapping[str, ArrayLike] | None = None) -> np.ndarray:
-        """Derivatives of the states, as ``diagram.dynamics``."""
-        return self._values(self.layout.derivatives, t, x, u, params)
-
-    def output(self, t: float, x: ArrayLike, u: ArrayLike,
-               params: Mapping[str, ArrayLike] | None = None) -> np.ndarray:
-        """Outputs, as ``diagram.output``."""
-        return self._values([self.layout.record[self.layout.slots[name]] for name in self.outputs],
-                            t, x, u, params)
-
-    def _values(self, roots: Sequence[Expression], t: float, x: ArrayLike, u: ArrayLike,
-                params: Mapping[str, ArrayLike] | None) -> np.ndarray:
-        numbers = {"t": [t], "x": np.ravel(x), "u": np.ravel(u),
-                   "p": self.parameters.vector(params, self.name)}
-        return evaluate(roots, numbers, self.layout.opaque)
 
 
 class Program(Studies):

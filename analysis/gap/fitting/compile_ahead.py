@@ -18,6 +18,7 @@ from typing import BinaryIO, NamedTuple, cast
 
 from clie_blocks.analysis.gap.causes.vocabulary import searched_causes
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
+from clie_blocks.analysis.gap.simulation.batch_runs import longest_delay
 from clie_blocks.analysis.gap.simulation.closed_loop import Simulator, simulator
 from clie_blocks.compiled.cache import store
 from clie_blocks.processors import processors
@@ -132,8 +133,7 @@ def _job(hypothesis: Hypothesis) -> _Job | None:
     if not isinstance(loop, Simulator):
         return None
     sets = [hypothesis.of_log(j) for j in range(len(logs))]
-    longest = max((float(values[key].max()) for values in sets for key in loop.delays),
-                  default=0.0)
+    longest = longest_delay(loop, sets)
     return _Job(loop.shape, tuple(member.cause.key for member in hypothesis.all_members), longest,
                 (*sets[0], "start", "first"), logs[0].stride == 1, _identity(loop, longest))
 

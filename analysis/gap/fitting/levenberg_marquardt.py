@@ -92,7 +92,7 @@ def first_lender(fit: Fit, residuals: ResidualModel) -> Hypothesis | None:
 
 def is_long(residuals: ResidualModel) -> bool:
     """Whether the robot has so many joints that its fits take long."""
-    return residuals.problem.n > residuals.method.fitting.many_joints
+    return residuals.method.fitting.is_long(residuals.problem.n)
 
 
 def _least_gain(tangent: Tangent, method: FittingMethod) -> float:

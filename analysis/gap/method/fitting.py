@@ -120,3 +120,7 @@ class FittingMethod:
     shrunk_deviations: float = threshold(
         10.0, "standard deviations",
         "a small parameter that is this far from zero does something after all")
+
+    def is_long(self, joints: int) -> bool:
+        """Whether a robot has so many joints that its fits take long."""
+        return joints > self.many_joints

@@ -26,9 +26,9 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
          ) -> list[Fit]:
     """Fit candidates for a few steps, then the best of them, and the favourites, to the end.
 
-    Returns all of them; only those that competed are there.  Where none
-    of them explains most of the gap of an arm of many joints, fewer are continued, with slopes
-    of the refitted nominal model: they only compete for a place in larger sets.
+    Returns all of them; only those that competed are there.  Where none of them explains most of
+    the gap of an arm of many joints, fewer are continued, with slopes of the refitted nominal
+    model: they only compete for a place in larger sets.
     """
     method = residuals.method
     begun = _first_fits(residuals, nominal, candidates)

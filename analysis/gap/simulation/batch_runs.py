@@ -94,7 +94,7 @@ def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], na
         One row more than the log has; those of a run that diverges end in NaN.
 
     """
-    simulator = simulator.for_delays(_longest_delay(simulator, sets))
+    simulator = simulator.for_delays(longest_delay(simulator, sets))
 
     def run(group: tuple[Sequence[Values], int]) -> np.ndarray:
         some, width = group
@@ -142,8 +142,8 @@ def _few(lanes: int) -> int:
     return min(register_width(), lanes) if lanes > 1 else 1
 
 
-def _longest_delay(simulator: LaneSimulator, sets: Sequence[Values]) -> float:
-    """Longest delay of any set [s]; 0 where nothing delays."""
+def longest_delay(simulator: LaneSimulator, sets: Sequence[Values]) -> float:
+    """Return the longest delay of any set [s]; 0 where nothing delays."""
     return max((float(np.max(values[key])) for values in sets for key in simulator.delays),
                default=0.0)
 

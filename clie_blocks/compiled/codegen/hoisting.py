@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.ir.operations import OPERATIONS
-from clie_blocks.compiled.ir.scalars import F, number, truth
+from clie_blocks.compiled.ir.scalars import F, number, truth, with_operands
 from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
 
 LOST = 2.0**30  # rad: seven digits of an angle are left
@@ -88,9 +88,7 @@ def _at_each_step(roots: Iterable[Expression], place: _Places) -> list[Expressio
         elif node.op in ("sin", "cos"):
             final[node] = getattr(F, node.op)(_kept(at_step(node.args[0])))
         else:
-            args = [*map(at_step, node.args)]
-            is_same = all(new is old for new, old in zip(args, node.args))
-            final[node] = node if is_same else getattr(F, node.op)(*args)
+            final[node] = with_operands(node, [at_step(a) for a in node.args])
     return [at_step(root) for root in roots]
 
 

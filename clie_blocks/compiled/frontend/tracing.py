@@ -13,7 +13,7 @@ from clie_blocks.compiled.frontend.symbolic_numpy import twin
 from clie_blocks.compiled.ir.callback import Callback
 from clie_blocks.compiled.ir.layout import Trace
 from clie_blocks.compiled.ir.parameters import Parameters, is_numeric
-from clie_blocks.compiled.ir.scalars import F
+from clie_blocks.compiled.ir.scalars import F, with_operands
 from clie_blocks.compiled.ir.symbols import (
     ChangingResultError,
     Expression,
@@ -207,10 +207,8 @@ class _Tracer:
         if node.op == "variable":
             kind, index = node.args
             return self._wire(self.flat.wires[index]) if kind == "w" else node
-        args = [self.final[a] if isinstance(a, Symbol) else a for a in node.args]
-        if all(new is old for new, old in zip(args, node.args)):
-            return node
-        return getattr(F, node.op)(*args)
+        return with_operands(node, [self.final[a] if isinstance(a, Symbol) else a
+                                    for a in node.args])
 
     def _wire(self, wire: Wire) -> Expression:
         if not isinstance(self.diagram, ct.InterconnectedSystem):

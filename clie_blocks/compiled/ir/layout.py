@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from clie_blocks.compiled.ir.callback import Callback
 from clie_blocks.compiled.ir.parameters import Parameters
-from clie_blocks.compiled.ir.scalars import F
+from clie_blocks.compiled.ir.scalars import with_operands
 from clie_blocks.compiled.ir.symbols import Expression, Graph, Symbol, topological
 
 
@@ -135,6 +135,6 @@ def substitute(roots: Iterable[Expression],
     for node in topological(roots):
         if node in final:
             continue
-        final[node] = node if node.op == "variable" else getattr(F, node.op)(
-            *(final[a] if isinstance(a, Symbol) else a for a in node.args))
+        final[node] = node if node.op == "variable" else with_operands(
+            node, [final[a] if isinstance(a, Symbol) else a for a in node.args])
     return [final[root] if isinstance(root, Symbol) else root for root in roots]

@@ -7,7 +7,7 @@ small powers, which become products.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,13 @@ def apply(name: str, *args: Any) -> Expression:
         return bool(value) if OPERATIONS[name].boolean else float(value)
     simple = _SIMPLER[name](*operands) if name in _SIMPLER else None
     return graph.make(name, operands) if simple is None else simple
+
+
+def with_operands(node: Symbol, operands: Sequence[Expression]) -> Expression:
+    """Return a node's operation on other operands; the node itself where they are its own."""
+    if all(new is old for new, old in zip(operands, node.args)):
+        return node
+    return FUNCTIONS[node.op](*operands)
 
 
 def _typed(name: str, args: tuple[Any, ...]) -> tuple[Expression, ...]:

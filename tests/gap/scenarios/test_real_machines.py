@@ -167,6 +167,7 @@ def test_so101_has_a_delay_first_then_a_coarse_encoder_and_dry_friction(shared):
     assert error["both"] < 0.5 * min(error[name] for name in ("lag", "setpoint_delay", "coulomb"))
     assert step["parameters"]["step"]["value"][0] == pytest.approx(1.534e-3, rel=0.01)
     assert cause_names(diagnosis)[0] == "coulomb"  # after the delay
+    assert cause_names(diagnosis)[1] in ("stribeck", "asymmetric_coulomb")
     assert stored["families"]["friction"] > 0.8
     level = diagnosis.model.hypothesis.values["coulomb.level"][0]
     path = fit_position_path(ready[0], 0, ("delay", "level"))
