@@ -3,13 +3,8 @@
 A free-running model sees only the reference.  Where backlash lets a link rattle, or a loop hunts,
 the noise of the sensor decides the next impact.  After some impacts model and robot have diverged,
 however true the model is.  Here every model gets the command that was recorded, noise included,
-and a fraction of the feedback holds it near the measured motion,
-
-    u = u_log + kp' (q_log - q) + kd' F (q_log - q),    kp' < kp,  kd' < kd.
-
-That is the law (11) again, with softer gains and another excitation, so every stage runs on it as
-it is, and the whitened residual of a linear model is the same in both loops.  Recorded commands
-hide a fault of the controller: this explanation counts only where it finds backlash.
+and a fraction of the feedback holds it near the measured motion (`fitting.recorded_commands`).
+That hides a fault of the controller: this explanation counts only where it finds backlash.
 """
 
 import dataclasses
@@ -24,9 +19,8 @@ from clie_blocks.analysis.gap.explain import EXPLAIN_STEPS, ExplainSteps, Explan
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, residuals_of_sets
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
+from clie_blocks.analysis.gap.fitting.recorded_commands import has_feedback, with_recorded_commands
 from clie_blocks.analysis.gap.method import Method
-from clie_blocks.analysis.gap.problem.law import StatedLaw
-from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.simulation.closed_loop import constants
@@ -146,29 +140,17 @@ def _in_loop_of(problem: Problem, model: Fit) -> Fit:
 
 def soften_loop(problem: Problem, method: Method) -> Problem:
     """Return the problem of models that follow the recorded commands."""
-    stated, thresholds = problem.stated_law.pd, method.backlash
-    law = dataclasses.replace(stated, kp=thresholds.stiffness_share * stated.kp,
-                              kd=thresholds.damping_share * stated.kd,
-                              saturation=np.full(problem.n, np.inf))
-    softened = problem.with_logs(lambda log: _with_recorded_commands(log, law))
-    return dataclasses.replace(softened, law=law, quiet=True)
-
-
-def _with_recorded_commands(log: Log, law: StatedLaw) -> Log:
-    """Log whose excitation is its command, with the feedback of the measured motion."""
-    excitation = log.u + law.kp * log.law_q + law.kd * law.rate(log.law_q)
-    return dataclasses.replace(log, q_d=np.zeros_like(log.q), pe=excitation,
-                               dither=np.zeros_like(log.q))
+    thresholds = method.backlash
+    return with_recorded_commands(problem, thresholds.stiffness_share, thresholds.damping_share)
 
 
 def _is_worthwhile(problem: Problem, table: Table, causes: Sequence[Cause], method: Method,
                    ) -> bool:
     """Whether a loop with feedback leaves something that may be backlash."""
-    law, leading = problem.law, posterior(table, method.calibration)[0].names
-    has_feedback = bool(np.all(law.kp > 0) and np.all(law.kd > 0))
+    leading = posterior(table, method.calibration)[0].names
     right = max(method.backlash.right_share,
                 method.calibration.healthy / max(table.nominal_excess, _NO_EXCESS))
-    return (BACKLASH in causes and has_feedback and not problem.quiet
+    return (BACKLASH in causes and has_feedback(problem) and not problem.quiet
             and leading != (BACKLASH.name,) and _share(table) > right)
 
 

@@ -85,6 +85,21 @@ class SearchMethod:
     false_minimum_gain: float = threshold(
         1.0, "chi^2", "by which a start must beat a fit for that to be a false minimum")
 
+    following_stiffness: float = threshold(
+        4.0, "times kp", "feedback that holds a model near the measured motion")
+    following_damping: float = threshold(
+        2.0, "times kd", "the same of the rate: the loop is twice as fast, and damped alike")
+    following_share: float = threshold(
+        0.1, "share of the whole excess",
+        "that the best single cause leaves, for sets to be sought along the measured motion")
+    following_time: float = threshold(
+        0.5, "share of the time left", "that the search along the measured motion may take")
+    following_left: float = threshold(
+        0.1, "share of the excess along the measured motion",
+        "that a set found there may leave to be fitted in the stated loop")
+    following_sets: int = threshold(
+        3, "sets", "found along the measured motion that are fitted in the stated loop")
+
     fault_margin: float = threshold(
         1.0, "s", "at both ends of a log, where no onset of a fault is sought")
     onset_spacing: float = threshold(1.0, "s", "between the onsets that are tried first")

@@ -11,7 +11,13 @@ from clie_blocks.analysis.gap.fitting.compile_ahead import compiler
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import is_long
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.along_motion import (
+    following_problem,
+    in_stated_loop,
+    within_share_of_time,
+)
 from clie_blocks.analysis.gap.search.alternatives import FEW
 from clie_blocks.analysis.gap.search.candidates import (
     Candidate,
@@ -125,8 +131,12 @@ class _Search(Contest):
         if self.is_done(fits) or len(self.causes) == 1:
             return fits
         best = least(fits)
-        fits = self.with_joint_by_joint(screen, self.nominal, fits)
-        fits = self.with_links(screen, fits)
+        along = self.sets_along_motion(best)
+        if along:
+            fits = self.with_pruned([*fits, *along])
+        else:
+            fits = self.with_joint_by_joint(screen, self.nominal, fits)
+            fits = self.with_links(screen, fits)
         if self.needs_several(best, least(fits)):
             fits = self.grown_from_what_is_needed(
                 screen, self.grown_while_paid(screen, fits, [], least))
@@ -150,6 +160,31 @@ class _Search(Contest):
         if is_long(self.residuals) and leaves_much(least(fits), self.nominal, self.method):
             return fits
         return self.with_raced(fits, [], method.single_finalists)
+
+    def sets_along_motion(self, alone: Fit) -> list[Fit]:
+        """Sets of causes that are found along the measured motion, fitted in the stated loop.
+
+        Where the best single cause leaves much of a gap, linear predictions in the stated loop say
+        little, and fits end in false minima.  On arms of many joints the time does not suffice for
+        two searches.
+        """
+        method = self.method.search
+        following = following_problem(self.residuals.problem, method)
+        if (following is None or is_long(self.residuals)
+                or alone.excess < method.following_share * self.nominal.excess):
+            return []
+        residuals, nominal = fit_nominal(following, self.method)
+        if nominal.has_diverged:  # of several joints together, though each one alone is stable
+            return []
+        inner = _Search(within_share_of_time(residuals, self.residuals), nominal, self.causes,
+                        self.steps)
+        fits = inner.fits_of_causes(self.steps.screen(inner.residuals, nominal, self.causes))
+        if least([nominal, *fits]).excess > method.following_left * nominal.excess:
+            return []
+        sets = [one for one in sorted(fits, key=inner.odds_against)
+                if len(one.hypothesis.members) > 1]
+        chosen = list(dict.fromkeys([*inner.likely(sets)[:method.following_sets], least(fits)]))
+        return [in_stated_loop(one, self.residuals) for one in chosen]
 
     def needs_several(self, alone: Fit, together: Fit) -> bool:
         """Whether one cause leaves much, and a set with some at several joints leaves less.

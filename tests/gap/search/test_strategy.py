@@ -86,8 +86,8 @@ def searched():
         method = METHOD.with_values(**{"search.alternative_rounds": 0,
                                        "search.neighbour_rounds": 0})
         loopless = SimpleNamespace(holds_joints=False)
-        residuals = SimpleNamespace(method=method, problem=SimpleNamespace(n=1, law=loopless),
-                                    is_out_of_time=False)
+        problem = SimpleNamespace(n=1, law=loopless, quiet=True)
+        residuals = SimpleNamespace(method=method, problem=problem, is_out_of_time=False)
         return search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps).fits
     return run
 
@@ -151,7 +151,7 @@ def arm(monkeypatch):
                                        "search.neighbour_rounds": 0})
         residuals = SimpleNamespace(
             method=method, is_out_of_time=False,
-            problem=SimpleNamespace(n=2, law=SimpleNamespace(holds_joints=False)))
+            problem=SimpleNamespace(n=2, law=SimpleNamespace(holds_joints=False), quiet=True))
         fits = search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps).fits
         return {frozenset(member.cause.name for member in fit.members) for fit in fits}, paired
     return run
