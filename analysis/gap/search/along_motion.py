@@ -4,7 +4,7 @@ A model in the stated loop moves as its own causes have it.  Where they explain 
 gap, it is elsewhere than the robot: a wave over the position has another phase there, dry friction
 changes its sign at other times, and the misfit is full of false minima.  With the recorded
 commands and a stiffer feedback, models stay near the measured motion, and what a cause would
-explain is nearly what it does.  What is found so is fitted, judged and named in the stated loop.
+explain is nearly what it does.  What is found so is fitted and named in the stated loop.
 """
 
 import dataclasses
