@@ -148,3 +148,5 @@ class SearchMethod:
         "the same for arms of many joints, of which the rest takes longer")
     idle_seconds: float = threshold(
         8.0, "s", "that a search takes to leave idle causes out, after it had to stop as well")
+    other_delay_seconds: float = threshold(
+        6.0, "s", "that it takes to exchange the delays of its leader, likewise")

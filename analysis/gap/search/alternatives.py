@@ -37,8 +37,8 @@ Keys = frozenset[str]
 
 _SIMILAR_TIMES = {"actuator_lag": (drive.TIME_DELAY, sensor.ENCODER_DELAY),
                   "time_delay": (drive.ACTUATOR_LAG,),
-                  "tick_jitter": (drive.TIME_DELAY, sensor.ENCODER_DELAY)}
-_MEAN_OF_LARGEST = {"tick_jitter": 0.5}  # delay: it grows evenly and falls back
+                  "tick_jitter": (drive.TIME_DELAY, sensor.ENCODER_DELAY),
+                  "packet_hold": (drive.TIME_DELAY, sensor.ENCODER_DELAY)}
 _DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
         "dahl", "maxwell_slip", "position_dependent_friction", "friction_drift")
 _BENDING = {"presliding": 1.0, "dahl": 1.0, "maxwell_slip": 2.0}  # reach of equal stiffness
@@ -231,10 +231,7 @@ def similar_members(member: Member, problem: Problem) -> list[Member]:
     """Return other effects that may explain the same, with parameters to start from."""
     name = member.cause.name
     if name in _SIMILAR_TIMES:
-        number, mean = member.cause.numbers[0].name, _MEAN_OF_LARGEST.get(name, 1.0)
-        time, size = mean * member.values[number], mean * member.sizes[number]
-        return [Member(cause, member.joints, {cause.numbers[0].name: time},
-                       {cause.numbers[0].name: size}) for cause in _SIMILAR_TIMES[name]]
+        return other_delays(member)
     if member.cause in _RIPPLES:
         spring = [_spring_like(member)] if name == "torque_ripple" else []
         return [*spring, *_ripples_like(member, problem)]
@@ -251,6 +248,26 @@ def similar_members(member: Member, problem: Problem) -> list[Member]:
         return [other for other in (*_dry_friction_like(member), *bending)
                 if other.cause.name != name]
     return []
+
+
+def other_delays(member: Member) -> list[Member]:
+    """Return what is late alike: a lag for a delay, and a delay for one that changes."""
+    if member.cause.name not in _SIMILAR_TIMES:
+        return []
+    number, mean = member.cause.numbers[0].name, _mean_of_largest(member)
+    time, size = mean * member.values[number], mean * member.sizes[number]
+    return [Member(cause, member.joints, {cause.numbers[0].name: time},
+                   {cause.numbers[0].name: size})
+            for cause in _SIMILAR_TIMES[member.cause.name]]
+
+
+def _mean_of_largest(member: Member) -> np.ndarray | float:
+    """Mean delay over the largest: one that changes grows evenly and falls back."""
+    if member.cause.name == "tick_jitter":
+        return 0.5
+    if member.cause.name == "packet_hold":
+        return 0.5 * member.values["hold"] / member.values["interval"]
+    return 1.0
 
 
 def _spring_like(ripple: Member) -> Member:

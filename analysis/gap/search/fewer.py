@@ -1,19 +1,21 @@
-"""The leading set without the causes that it does not need, where a search had to stop.
+"""The leading set where a search had to stop: without idle causes, and with other delays.
 
 A set grows by one cause after the other, and what one of them explained another may explain later.
-Such a cause is left out by the alternatives of each leader; when the time is over these were not
-tried, and a name that explains nothing would stand in the answer.
+Such a cause is left out by the alternatives of each leader, which also try a lag for a delay; when
+the time is over these were not tried, and a name that explains nothing, or the wrong one of two
+that are nearly alike, would stand in the answer.
 """
 
 import dataclasses
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 
+from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.alternatives import holds_its_coupling
+from clie_blocks.analysis.gap.search.alternatives import holds_its_coupling, other_delays
 from clie_blocks.analysis.gap.search.candidates import cause_keys, fitted_members
 from clie_blocks.analysis.gap.search.racing import is_needed, odds_against, predicted_loss
 
@@ -50,6 +52,28 @@ def without_idle_causes(leader: Fit, fits: Collection[Fit], nominal: Fit,
                         if odds_against(one, nominal, method) < limit), None)
         likelier += [] if smaller is None else [smaller]
     return likelier
+
+
+def with_other_delays(leader: Fit, fits: Collection[Fit], causes: Sequence[Cause],
+                      residuals: ResidualModel) -> list[Fit]:
+    """Return the sets of a leader with one of its delays, lags or held packets exchanged.
+
+    They start from the parameters of the leader; sets that were fitted already are left out.  The
+    time may be over, of which this takes some seconds more.
+    """
+    method = residuals.method
+    in_time = dataclasses.replace(
+        residuals, deadline=time.monotonic() + method.search.other_delay_seconds)
+    known = {cause_keys(one.hypothesis.members) for one in fits}
+    members, exchanged = fitted_members(leader.hypothesis), list[Fit]()
+    for k, member in enumerate(members):
+        for other in other_delays(member):
+            some = (*members[:k], other, *members[k + 1:])
+            if (other.cause in causes and cause_keys(some) not in known
+                    and not in_time.is_out_of_time):
+                start = build_hypothesis(residuals.problem, some, leader.hypothesis)
+                exchanged.append(fit(start, in_time, _STEPS, lender(leader, method.fitting)))
+    return exchanged
 
 
 def _smaller(leader: Fit, known: Collection[frozenset[str]], nominal: Fit,

@@ -27,7 +27,7 @@ from clie_blocks.analysis.gap.search.candidates import (
     of_each_joint,
 )
 from clie_blocks.analysis.gap.search.contest import Contest, distinct, least, not_fitted, total
-from clie_blocks.analysis.gap.search.fewer import without_idle_causes
+from clie_blocks.analysis.gap.search.fewer import with_other_delays, without_idle_causes
 from clie_blocks.analysis.gap.search.file_numbers import (
     number_beside,
     with_coupled_number,
@@ -309,10 +309,11 @@ class _Search(Contest):
             self.residuals, self.nominal, simpler, len(simpler))
 
     def without_idle_causes(self, fits: list[Fit]) -> list[Fit]:
-        """Fits, and the leading set without causes that it does not need, if the time is over."""
+        """Fits, and the leading set without idle causes and with other delays after the time."""
         if not fits or not self.residuals.is_out_of_time:
             return fits
-        return fits + without_idle_causes(self.leader(fits), fits, self.nominal, self.residuals)
+        fits = fits + without_idle_causes(self.leader(fits), fits, self.nominal, self.residuals)
+        return fits + with_other_delays(self.leader(fits), fits, self.causes, self.residuals)
 
     def with_neighbours(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
         """Fits, and the neighbours of the leading set: one cause more, and one exchanged.

@@ -133,6 +133,16 @@ def test_a_second_clock_is_tried_as_its_mean_delay(rubbing):
     assert np.all(delay.values["delay"] == 2e-3)
 
 
+def test_held_packets_are_tried_as_their_mean_delay(rubbing):
+    """Held for 6 ms of every 15: a command is 3 ms old then, on average, and 1.2 ms of all."""
+    residuals, nominal = rubbing
+    problem = nominal.hypothesis.problem
+    held = member(drive.PACKET_HOLD, problem.n, hold=6e-3, interval=15e-3)
+    held.values["phase"] = np.zeros((problem.fit_runs, problem.n))
+    delay = swapped(leading(nominal, held), residuals, "time_delay")
+    assert delay.values["delay"] == pytest.approx(1.2e-3)
+
+
 def test_contacts_of_the_same_stiffness_are_tried_for_each_other(rubbing):
     residuals, nominal = rubbing
     n = nominal.hypothesis.problem.n

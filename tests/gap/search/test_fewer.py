@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.causes import drive, friction
+from clie_blocks.analysis.gap.causes import CAUSES, drive, friction
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.search.fewer import without_idle_causes
+from clie_blocks.analysis.gap.search.fewer import with_other_delays, without_idle_causes
 
 
 @pytest.fixture(scope="module")
@@ -50,3 +50,18 @@ def test_a_cause_that_is_needed_and_sets_that_were_fitted_stay_as_they_are(stopp
     assert without_idle_causes(smaller[-1], [leader, *smaller], nominal, residuals) == []
     again = without_idle_causes(leader, [leader, *smaller], nominal, residuals)
     assert all(names(one) != names(smaller[0]) for one in again)
+
+
+def test_a_delay_that_stands_for_a_lag_gives_way_to_it_after_the_time(case):
+    made = case("actuator_lag")
+    residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
+    n = made.robot.n
+    delay = Member(drive.TIME_DELAY, tuple(range(n)), {"delay": np.full(n, 2e-3)},
+                   {"delay": np.full(n, 2e-3)})
+    leader = fit(build_hypothesis(nominal.hypothesis.problem, [delay], nominal.hypothesis),
+                 residuals)
+    stopped = dataclasses.replace(residuals, deadline=-np.inf)
+    (lag,) = with_other_delays(leader, [leader], CAUSES, stopped)
+    assert names(lag) == {"actuator_lag"} and lag.excess < leader.excess
+    assert with_other_delays(leader, [leader, lag], CAUSES, stopped) == []
+    assert with_other_delays(leader, [leader], [drive.TIME_DELAY], stopped) == []
