@@ -71,6 +71,6 @@ def test_strong_commutation_ripple_beside_three_others_is_found(tmp_path):
     made = make_trial(MANY_CAUSES, 57037, 3)
     write_trial(made, tmp_path / "trial")
     found = diagnose(read(tmp_path / "trial")).to_dict()
-    assert {row["effect"] for row in found["effects"]} == {
-        effect["effect"] for effect in made.label["effects"]}
+    likely = {row["effect"] for row in found["effects"] if row["probability"] > 0.5}
+    assert likely == {effect["effect"] for effect in made.label["effects"]}
     assert not found["unexplained"]
