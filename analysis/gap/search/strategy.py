@@ -49,6 +49,7 @@ from clie_blocks.analysis.gap.search.racing import (
 from clie_blocks.analysis.gap.search.screening import Screen
 from clie_blocks.analysis.gap.search.simpler import simpler_candidates
 from clie_blocks.analysis.gap.search.steps import SEARCH_STEPS, SearchSteps
+from clie_blocks.errors import DivergedError
 
 
 class SearchResult(NamedTuple):
@@ -73,7 +74,7 @@ def search_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause
         improved = search.with_neighbours(screen, fits)
         if improved and search.leader(improved) not in fits:
             improved = search.with_wrong_numbers(screen, improved)
-        fits = search.without_idle_causes(search.with_simpler(improved))
+        fits = search.finish_leader(search.with_simpler(improved))
     return SearchResult(fits, is_complete)
 
 
@@ -173,12 +174,13 @@ class _Search(Contest):
         if (following is None or is_long(self.residuals)
                 or alone.excess < method.following_share * self.nominal.excess):
             return []
-        residuals, nominal = fit_nominal(following, self.method)
-        if nominal.has_diverged:  # of several joints together, though each one alone is stable
+        try:
+            residuals, nominal = fit_nominal(following, self.method)
+            inner = _Search(within_share_of_time(residuals, self.residuals), nominal, self.causes,
+                            self.steps)
+            fits = inner.fits_of_causes(self.steps.screen(inner.residuals, nominal, self.causes))
+        except DivergedError:  # joints push each other, though the loop of each is stable
             return []
-        inner = _Search(within_share_of_time(residuals, self.residuals), nominal, self.causes,
-                        self.steps)
-        fits = inner.fits_of_causes(self.steps.screen(inner.residuals, nominal, self.causes))
         if least([nominal, *fits]).excess > method.following_left * nominal.excess:
             return []
         sets = [one for one in sorted(fits, key=inner.odds_against)
@@ -308,8 +310,8 @@ class _Search(Contest):
         return fits if not simpler else fits + self.steps.race(
             self.residuals, self.nominal, simpler, len(simpler))
 
-    def without_idle_causes(self, fits: list[Fit]) -> list[Fit]:
-        """Fits, and the leading set without idle causes and with other delays after the time."""
+    def finish_leader(self, fits: list[Fit]) -> list[Fit]:
+        """Fits, and the leader without idle causes and with other delays, if the time is over."""
         if not fits or not self.residuals.is_out_of_time:
             return fits
         fits = fits + without_idle_causes(self.leader(fits), fits, self.nominal, self.residuals)

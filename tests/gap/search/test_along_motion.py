@@ -11,7 +11,10 @@ from clie_blocks.analysis.blind.many.robots import MANY_CAUSES
 from clie_blocks.analysis.blind.population.files import write_trial
 from clie_blocks.analysis.blind.population.maker import make_trial
 from clie_blocks.analysis.gap import diagnose, read
+from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
 from clie_blocks.analysis.gap.causes.friction import COULOMB
+from clie_blocks.analysis.gap.causes.load import PAYLOAD
+from clie_blocks.analysis.gap.causes.sensor import ENCODER_DELAY
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
@@ -22,6 +25,9 @@ from clie_blocks.analysis.gap.search.along_motion import (
     in_stated_loop,
     within_share_of_time,
 )
+from clie_blocks.analysis.gap.search.steps import SEARCH_STEPS
+from clie_blocks.analysis.gap.search.strategy import search_causes
+from clie_blocks.errors import DivergedError
 
 SEARCH = METHOD.search
 
@@ -63,6 +69,23 @@ def test_a_set_that_is_found_has_the_same_numbers_in_the_stated_loop(case):
     assert found.excess < 0.02 * nominal.excess and along.excess < 0.02 * nominal.excess
     levels = [one.hypothesis.values["coulomb.level"].max() for one in (along, found)]
     assert levels[0] == pytest.approx(levels[1], rel=0.03)
+
+
+def test_a_robot_whose_models_diverge_along_the_motion_is_searched_in_the_stated_loop(case):
+    made, laws = case("coulomb"), []
+
+    def screen(residuals, nominal, causes):
+        laws.append(residuals.problem.law)
+        if residuals.problem.quiet:
+            raise DivergedError("the model diverges")
+        return SEARCH_STEPS.screen(residuals, nominal, causes)
+
+    residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
+    found = search_causes(residuals, nominal, (TIME_DELAY, ENCODER_DELAY, PAYLOAD),
+                          dataclasses.replace(SEARCH_STEPS, screen=screen)).fits
+    assert [np.all(law.kp == residuals.problem.law.kp) for law in laws] == [True, False]
+    assert {"time_delay"} in [{member.cause.name for member in one.hypothesis.members}
+                              for one in found]
 
 
 @pytest.mark.slow
