@@ -49,6 +49,8 @@ class Number:
         It says where the cause acts; the joints of an answer say so already.
     is_scale : bool
         It is known by its order of magnitude, such as a time or the width of a curve.
+    most_torque : float or None
+        Upper bound, as a multiple of the RMS command of a joint; None where the log has no say.
 
     """
 
@@ -63,6 +65,7 @@ class Number:
     nuisance: bool = False
     switch: bool = False
     is_scale: bool = False
+    most_torque: float | None = None
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -167,7 +170,7 @@ def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], 
              fixed: Collection[str] = (), per_log: Collection[str] = (),
              phase: Collection[str] = (), held: Mapping[str, float] = MappingProxyType({}),
              within: Mapping[str, tuple[float, float]] = MappingProxyType({}),
-             **how: Any) -> Cause:
+             most_torque: Mapping[str, float] = MappingProxyType({}), **how: Any) -> Cause:
     """Return an effect of the catalogue as a cause: its kernel, its parameters, where to look.
 
     Parameters
@@ -185,6 +188,8 @@ def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], 
         Values of further parameters; what is in neither keeps its neutral or typical value.
     within : dict of str to (float, float)
         Narrower bounds, where a log cannot tell what lies beyond from another effect.
+    most_torque : dict of str to float
+        Upper bounds in RMS commands, for the same reason.
     **how
         Further fields of `Cause`.
 
@@ -193,7 +198,8 @@ def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], 
         Number(p.name, p.unit, *within.get(p.name, (p.lower, p.upper)),
                "log" if p.name in per_log else "joint" if p.per_joint else "robot",
                fixed=p.name in fixed, neutral=p.neutral, phase=p.name in phase,
-               is_scale=p.unit == "s" or p.neutral is None and p.lower > 0.0)
+               is_scale=p.unit == "s" or p.neutral is None and p.lower > 0.0,
+               most_torque=most_torque.get(p.name))
         for p in effect.parameters if p.name in free)
     return Cause(effect.name, pieces_of(effect, free, held), numbers, probes, held=held, **how)
 

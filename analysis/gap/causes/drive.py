@@ -159,6 +159,7 @@ def counts_motor_turns(gear_ratio: float) -> bool:
 
 _ORDERS = {"order": (2.0, 1e4)}
 PRELOAD = 0.5  # of the RMS torque, from which a search for the teeth of a gear starts
+_MOST_PRELOAD = 3.0  # of the same: beyond that the wave hardly grows with the load, as of cogging
 TORQUE_RIPPLE = cause_of(
     LIBRARY["torque_ripple"], ("sine", "cosine", "order"),
     _cogging_probes, phase=("order",), within=_ORDERS)
@@ -167,7 +168,7 @@ COMMUTATION_RIPPLE = cause_of(
     phase=("order",), within=_ORDERS)
 GEAR_MESH_RIPPLE = cause_of(
     LIBRARY["gear_mesh_ripple"], ("sine", "cosine", "order", "preload"), _mesh_probes,
-    phase=("order",), within=_ORDERS)
+    phase=("order",), within=_ORDERS, most_torque={"preload": _MOST_PRELOAD})
 
 
 def _envelope_probes(scene: Scene) -> list[Probe]:

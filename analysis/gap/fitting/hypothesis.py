@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.cause import Cause, Number
 from clie_blocks.analysis.gap.causes.drive import TIME_DELAY, TORQUE_GAIN_ERROR
 from clie_blocks.analysis.gap.problem.other_encoder import views_of_law
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -291,8 +291,15 @@ class Hypothesis:
             runs = range(self.problem.fit_runs) if number.scope == "log" else (None,)
             for log in runs:
                 for k in member.joints:
-                    yield FreeParameter(key, k, log, size[k], number.lower, number.upper,
-                                        phase=number.phase, is_scale=number.is_scale)
+                    yield FreeParameter(key, k, log, size[k], number.lower,
+                                        self._upper(number, k), phase=number.phase,
+                                        is_scale=number.is_scale)
+
+    def _upper(self, number: Number, k: int) -> float:
+        """Largest value of a number of a cause at joint k."""
+        if number.most_torque is None:
+            return number.upper
+        return min(number.upper, number.most_torque * float(self.problem.rms_command[k]))
 
     def get(self, parameter: FreeParameter) -> float:
         """Value of a free parameter."""

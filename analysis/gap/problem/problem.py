@@ -287,6 +287,12 @@ class Problem:
                    for j in range(self.n) for k in range(j))
 
     @functools.cached_property
+    def rms_command(self) -> np.ndarray:
+        """RMS of the commands of the fitted logs [N m], shape (n,)."""
+        u = np.nan_to_num(np.concatenate([log.u for log in self.fit]))
+        return np.asarray(np.sqrt(np.mean(u**2, axis=0)))
+
+    @functools.cached_property
     def runs(self) -> tuple[int, ...]:
         """Run of each log, from 0: of two views of one run it is the same."""
         return tuple(itertools.accumulate(

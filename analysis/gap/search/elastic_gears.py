@@ -109,5 +109,4 @@ def _torque_and_stiffness(frequency: np.ndarray, member: Member, leader: Fit,
     twists = [log.q - log.law_q for log in problem.fit if log.of_other_encoder]
     if twists:
         return stiffness * np.std(np.concatenate(twists), axis=0), stiffness
-    u = np.concatenate([log.u for log in problem.fit])
-    return np.sqrt(np.mean(u**2, axis=0)), stiffness
+    return problem.rms_command, stiffness

@@ -62,8 +62,7 @@ def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
     logs = problem.fit
     forward = [np.sign(np.gradient(log.q - fit.hypothesis.error(j), axis=0))
                for j, log in enumerate(logs)]
-    preload = PRELOAD * np.sqrt(np.mean(
-        np.concatenate([log.u for log in problem.fit]) ** 2, axis=0))
+    preload = PRELOAD * problem.rms_command
     kinds = (
         _Kind(TORQUE_RIPPLE, lambda j, k: np.ones(len(logs[j]))),
         _Kind(COMMUTATION_RIPPLE, lambda j, k: -logs[j].u[:, k]),
