@@ -49,6 +49,7 @@ COUNT = {"pair": 2, "triple": 3}
 MANY = "many"  # three effects or more, each with a size of its own
 Truth = dict[str, np.ndarray]
 Wrong = Callable[[np.random.Generator, DrawnRobot, Truth], Truth]
+Motions = Callable[[np.random.Generator, DrawnRobot], list[Experiment]]
 ONE_OF = (("coulomb", "stribeck", "asymmetric_coulomb"), ("joint_elasticity", "backlash"))
 
 
@@ -59,7 +60,7 @@ def _draw(rng: np.random.Generator, seed: int, index: int) -> Trial:
 def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str, ...],
                severity: str | Sequence[str] | None, robot_kind: str | None = None,
                noise_factor: float = 1.0, vocabulary: Vocabulary = STANDARD_NAMES,
-               wrong: Wrong | None = None) -> Trial:
+               wrong: Wrong | None = None, motions: Motions = draw_experiments) -> Trial:
     """Draw a robot, give it effects, and log it.
 
     Parameters
@@ -83,6 +84,8 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
     wrong : callable, optional
         ``wrong(rng, robot, truth)`` are the true parameters of a parametric trial; by default
         inertia and damping of one joint are beyond their tolerance.
+    motions : callable, optional
+        ``motions(rng, robot)`` are its experiments, three.
 
     Raises
     ------
@@ -94,7 +97,7 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
     robot = draw_robot(rng, robot_kind) if needs is None else draw_robot(
         rng, str(rng.choice(needs[0])), *needs[1:])
     robot = vocabulary.mount_encoder(rng, robot, names)
-    truth, experiments = draw_truth(rng, robot), draw_experiments(rng, robot)
+    truth, experiments = draw_truth(rng, robot), motions(rng, robot)
     if kind == "parametric":
         truth = (wrong or _beyond_tolerance)(rng, robot, truth)
     noises = [robot.sigma * rng.standard_normal(one.q_d.shape) for one in experiments]
@@ -103,6 +106,7 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
         robot, truth, ref.runs[:len(FITTED)], vocabulary.joint(rng, name, robot.n)))
         for name in names]
     _check_healthy(experiments, ref.runs, hidden)
+    _check_drive(_with_effects(truth, hidden, [1.0] * len(hidden)))
     severities = [severity] * len(hidden) if isinstance(severity, str) else severity or ()
     sizes = [_size_for_ratio(robot, truth, experiments, noises, ref, one, own, index)
              for one, own in zip(hidden, severities)]
@@ -117,7 +121,7 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
                    relative_prediction_error(robot, ref, runs))
     if kind == MANY:
         label["shares"] = _shares(robot, truth, hidden, [size for size, _ in sizes], experiments,
-                                  noises, ref, index)
+                                  noises, index)
     if hidden and label["ratio"] < TRACE and not set(names) & set(ABSORBED):
         raise RejectedError(f"{' and '.join(names)} leaves no trace")
     if noise_factor != 1.0:
@@ -136,6 +140,15 @@ def _check_healthy(experiments: list[Experiment], runs: list[Run],
         for joint in one.joints:
             if max(np.ptp(q[:, joint - 1]) for q, _ in runs) < STILL:
                 raise RejectedError(f"joint {joint} stands still")
+
+
+def _check_drive(truth: dict[str, np.ndarray]) -> None:
+    """Refuse what the engine's motor with a winding does not have: no log would hold it."""
+    has_winding = (truth["heating"] > 0) | (truth["back_emf"] > 0)
+    more = ((truth["lag"] > 0) | (truth["delay"] > 0) | np.isfinite(truth["limit"])
+            | (truth["gain"] != 1) | ((truth["heating"] > 0) & (truth["back_emf"] > 0)))
+    if np.any(has_winding & more):
+        raise RejectedError("a winding beside a lag, delay, limit or gain of the same drive")
 
 
 def _check_with_effects(experiments: list[Experiment], runs: list[Run],
@@ -271,17 +284,20 @@ def _label(kind: str, hidden: list[HiddenEffect], sizes: list[tuple[float, bool]
 
 def _shares(robot: DrawnRobot, truth: dict[str, np.ndarray], hidden: list[HiddenEffect],
             sizes: list[float], experiments: list[Experiment], noises: list[np.ndarray],
-            ref: Reference, seed: int) -> dict[str, float]:
+            seed: int) -> dict[str, float]:
     """What each effect adds to the excess of the nominal model beside all others, of the whole.
 
-    In all logs, as a diagnosis counts them.
+    In all logs and with a refit within the tolerances of the robot file, as a diagnosis counts.
     """
+    ref = reference(robot, truth, experiments, noises, within_tolerances=True)
     lanes = [_with_effects(truth, hidden, sizes),
              *(_with_effects(truth, hidden[:i] + hidden[i + 1:], sizes[:i] + sizes[i + 1:])
                for i in range(len(hidden)))]
     logs = len(experiments)
     all_runs = run(robot, [lane for lane in lanes for _ in experiments],
                    experiments * len(lanes), noises * len(lanes), seed=seed)
+    if leaves_set_point(experiments * len(lanes), all_runs):
+        raise RejectedError("unstable without one of its effects")
     whole, *without = (float(np.sum(relative_prediction_error(
         robot, ref, all_runs[logs * i:logs * (i + 1)])**2 - 1)) for i in range(len(lanes)))
     return {one.name: 1.0 - left / whole for one, left in zip(hidden, without)}
