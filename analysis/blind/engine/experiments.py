@@ -8,6 +8,7 @@ import numpy as np
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 
 DURATIONS = (10, 12) * 11 + (14, 16, 18, 20) * 3 + (25,) * 4 + (40, 60)  # s, of the longest log
+WORK_SECONDS = 5.0, 12.0  # of a log of normal work
 Wave = tuple[np.ndarray | float, np.ndarray | float]  # offset of the set-point [rad], torque [N m]
 
 
@@ -42,6 +43,12 @@ def draw_experiments(rng: np.random.Generator, robot: DrawnRobot) -> list[Experi
     longest = float(rng.choice(DURATIONS))
     return [_draw_experiment(rng, robot, name, round(longest * rng.uniform(0.8, 1.0))
                              if longest > 12 else longest) for name in names]
+
+
+def draw_work_cycles(rng: np.random.Generator, robot: DrawnRobot) -> list[Experiment]:
+    """Draw three experiments of normal work: moves between poses, and nothing injected."""
+    return [_draw_experiment(rng, robot, "pick_and_place", round(rng.uniform(*WORK_SECONDS)))
+            for _ in range(3)]
 
 
 def _draw_experiment(rng: np.random.Generator, robot: DrawnRobot, name: str,

@@ -11,7 +11,7 @@ import numpy as np
 from clie_blocks.analysis.blind.engine.control_loop import run_both
 from clie_blocks.analysis.blind.engine.experiments import Experiment
 from clie_blocks.analysis.blind.engine.exporter import logged_command
-from clie_blocks.analysis.blind.experiments.trials import POPULATION, write_robot
+from clie_blocks.analysis.blind.experiments.trials import NOISIER, POPULATION, write_robot
 from clie_blocks.analysis.blind.population.maker import Trial, leaves_set_point, make_trial
 from clie_blocks.analysis.blind.scoring.classes import as_classes
 from clie_blocks.analysis.blind.scoring.decisions import Answer
@@ -102,7 +102,7 @@ def execute(trial: Trial, set_points: str, seed: int, index: int, turn: int) -> 
     table = np.atleast_2d(np.genfromtxt(StringIO(set_points), delimiter=",", skip_header=1))
     q_d, pe = table[:, 1:1 + robot.n], table[:, 1 + robot.n:]
     experiment = Experiment("other", q_d[0], q_d, pe)
-    noise = robot.sigma * np.random.default_rng(
+    noise = NOISIER * robot.sigma * np.random.default_rng(
         [seed, index, turn, NOISE_STREAM]).standard_normal(q_d.shape)
     ((q, u, other),) = run_both(robot, [truth], [experiment], [noise], seed=index)
     if leaves_set_point([experiment], [(q, u)]):

@@ -1,4 +1,4 @@
-"""Robots whose two logs say little: mild effects, none, or one that no block holds."""
+"""Robots whose two logs say little: they move between poses, and encoders are noisy."""
 
 import dataclasses
 from pathlib import Path
@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.experiments import draw_work_cycles
 from clie_blocks.analysis.blind.population.effects import EFFECTS
 from clie_blocks.analysis.blind.population.files import write_trial
 from clie_blocks.analysis.blind.population.maker import Population, Trial, make_trial
@@ -14,7 +15,8 @@ from clie_blocks.analysis.blind.population.standard import draw_trial
 from clie_blocks.output import json_types, write
 
 KINDS = ("single",) * 8 + ("none", "unknown")  # in turn
-SIZES = "mild", "medium"
+SIZES = "medium", "strong"
+NOISIER = 6.0  # than the encoders of the standard study, from which the sizes are
 LOGS = 2  # of three that are drawn: one is fitted, one is held out
 TRAVEL, SPEED, COMMAND = 0.8, 4.0, 1.5  # rad, rad/s, times Kp: what the robot file allows
 _LIMITS = """
@@ -35,7 +37,8 @@ def _draw(rng: np.random.Generator, seed: int, index: int) -> Trial:
     turn = lap * KINDS.count(kind) + KINDS[:place].count(kind)
     chosen = (names[turn % len(names)],) if names else ()
     size = "medium" if kind == "unknown" else SIZES[(turn + turn // len(EFFECTS)) % len(SIZES)]
-    trial = draw_trial(rng, index, kind, chosen, size if chosen else None)
+    trial = draw_trial(rng, index, kind, chosen, size if chosen else None,
+                       noise_factor=NOISIER, motions=draw_work_cycles)
     return dataclasses.replace(trial, experiments=trial.experiments[:LOGS],
                                runs=trial.runs[:LOGS], others=trial.others[:LOGS])
 
@@ -53,7 +56,7 @@ def write_one(folder: Path, seed: int, index: int) -> tuple[str, dict[str, Any]]
 def write_robot(trial: Trial, folder: Path) -> None:
     """Write the logs and the robot file of a trial, with the limits of the robot."""
     write_trial(trial, folder)
-    robot, reached = trial.robot, np.concatenate([q for q, _ in trial.runs])
+    robot, reached = trial.robot, np.concatenate([q for q, _ in trial.runs[:LOGS]])
     file = folder / "robot.toml"
     write(file, file.read_text() + _LIMITS.format(
         lower=_rounded(np.minimum(robot.pose - TRAVEL, reached.min(axis=0))),

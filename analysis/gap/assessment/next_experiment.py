@@ -15,7 +15,9 @@ from clie_blocks.analysis.gap.assessment.test_motions import (
     scale_inside,
 )
 from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.jacobian import changes_of_motion
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
+from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import RATE, decimated, whiten
@@ -84,9 +86,10 @@ def _in_header(unit: str) -> str:
 
 
 class _Tried(NamedTuple):
-    """An experiment inside the limits, and what it would bring."""
+    """An experiment inside the limits, what each model does in it, and what it would bring."""
 
     log: Log
+    motions: list[np.ndarray]
     least_distance: float
     expected_set_size: float
 
@@ -101,26 +104,45 @@ class _Tried(NamedTuple):
                 "expected_set_size": self.expected_set_size}
 
 
+class _Remaining(NamedTuple):
+    """A hypothesis of the credible set, the model that stands for it, and what it leaves."""
+
+    ranked: RankedCause
+    model: Fit
+    excess: float
+    distance_share: float = 1.0  # of the distance to its model that it is away from another one
+
+    @property
+    def is_nominal(self) -> bool:
+        """Whether it names no cause."""
+        return self.ranked.names in ((NONE,), (UNKNOWN,))
+
+
 def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[RankedCause],
                     ) -> NextExperiment | None:
     """Return the experiment that separates the causes of the 90 % set.
 
-    None if one cause is left, if the stated limits leave no room beside what the logs reached, or
-    if no experiment would leave fewer than there are.
+    None if one hypothesis is left, if none of them names a cause, if something unknown leads, of
+    which no model says how far it moves, if the stated limits leave no room beside what the logs
+    reached, or if no experiment would leave fewer than there are.
 
     Elementary experiments and multisines, whose lines, phases and share of set-point and torque
     are searched, are simulated with each remaining model, none of which may leave the robot's
     limits; the whitened distance between two predictions is the evidence that the run would bring,
-    and the verdict's own odds say how many causes it would leave.
+    and the verdict's own odds say how many causes it would leave.  Of the best of them only what
+    no refit of the other model would follow is evidence.  Something unknown has no model: it moves
+    the robot otherwise than a cause does by a share of what that cause does, and leaves more room
+    to the limits.
     """
     method, problem = residuals.method.assessment, residuals.problem
-    remaining = _remaining(ranking, method)
-    if len(remaining) < 2:
+    remaining = _remaining(ranking, nominal, residuals.method)
+    if len(remaining) < 2 or all(one.is_nominal for one in remaining) or (
+            remaining[0].ranked.names == (UNKNOWN,)):
         return None
     limits = motion_limits(problem)
     if np.any(limits.lowest >= limits.highest):
         return None
-    odds = _odds_after(residuals, nominal, [fit for _, fit in remaining])
+    odds = _odds_after(residuals, nominal, remaining)
 
     def tried(log: Log) -> _Tried | None:
         return _simulated(residuals, remaining, limits, odds, log)
@@ -128,27 +150,35 @@ def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[Ra
     elementary = (tried(log) for log in elementary_motions(problem, limits, method))
     experiments = [one for one in elementary if one is not None]
     experiments += _search_multisines(problem, limits, method, tried)
-    present = _set_size(np.array([ranked.probability for ranked, _ in remaining]))
-    experiments = [one for one in experiments
-                   if one.expected_set_size < present - method.experiment_least_gain]
-    if not experiments:
+    present = _set_size(np.array([one.ranked.probability for one in remaining]))
+
+    def gains(one: _Tried) -> bool:
+        return one.expected_set_size < present - method.experiment_least_gain
+
+    best = sorted(filter(gains, experiments), key=lambda one: one.cost)[:_MENU]
+    refitted = (_after_refits(residuals, remaining, odds, one) for one in best)
+    menu = sorted(filter(gains, refitted), key=lambda one: one.cost)
+    if not menu:
         return None
-    menu = sorted(experiments, key=lambda one: one.cost)[:_MENU]
-    return NextExperiment([list(ranked.names) for ranked, _ in remaining],
+    return NextExperiment([list(one.ranked.names) for one in remaining],
                           [one.row for one in menu], menu[0].row, menu[0].log, problem.period)
 
 
-def _remaining(ranking: Sequence[RankedCause], method: AssessmentMethod,
-               ) -> list[tuple[RankedCause, Fit]]:
-    """Hypotheses with causes in the credible set, with their fits."""
-    remaining: list[tuple[RankedCause, Fit]] = []
+def _remaining(ranking: Sequence[RankedCause], nominal: Fit, method: Method) -> list[_Remaining]:
+    """Hypotheses of the credible set, with the models that stand for them."""
+    remaining: list[_Remaining] = []
     held = 0.0
     for ranked in ranking:
-        if held >= SET_PROBABILITY or len(remaining) == method.experiment_causes:
+        if held >= SET_PROBABILITY or len(remaining) == method.assessment.experiment_causes:
             break
         held += ranked.probability
-        if ranked.fit is not None and ranked.names not in ((NONE,), (UNKNOWN,)):
-            remaining.append((ranked, ranked.fit))
+        if ranked.names == (UNKNOWN,):
+            remaining.append(_Remaining(
+                ranked, nominal, ranked.excess, method.calibration.unexplained_share))
+        elif ranked.names == (NONE,):
+            remaining.append(_Remaining(ranked, nominal, ranked.excess))
+        elif ranked.fit is not None:
+            remaining.append(_Remaining(ranked, ranked.fit, ranked.fit.excess))
     return remaining
 
 
@@ -177,34 +207,73 @@ def _search_multisines(problem: Problem, limits: Limits, method: AssessmentMetho
     return [one for one, _ in experiments]
 
 
-def _simulated(residuals: ResidualModel, remaining: Sequence[tuple[RankedCause, Fit]],
-               limits: Limits, odds: Odds, log: Log) -> _Tried | None:
+def _simulated(residuals: ResidualModel, remaining: Sequence[_Remaining], limits: Limits,
+               odds: Odds, log: Log) -> _Tried | None:
     """Experiment inside the limits with what it would bring; None where there is none."""
-    models = [fit.hypothesis for _, fit in remaining]
-    scaled = scale_inside(models, log, limits, residuals.method.assessment)
+    models, method = [one.model.hypothesis for one in remaining], residuals.method.assessment
+    is_unknown = any(one.ranked.names == (UNKNOWN,) for one in remaining)
+    use = method.experiment_limit * (method.experiment_unknown_limit if is_unknown else 1.0)
+    scaled = scale_inside(models, log, limits, use)
     if scaled is None:
         return None
     log, motions = scaled
-    distances = [_distance(residuals, one, two)
-                 for one, two in itertools.combinations(motions, 2)]
-    prior = np.array([ranked.probability for ranked, _ in remaining])
-    return _Tried(log, min(distances), _expected_size(prior, distances, odds))
+    whitened = [_whitened(residuals, motion) for motion in motions]
+    distances = _distances(remaining, lambda true, other: float(
+        np.sum((whitened[true] - whitened[other]) ** 2)))
+    return _weighed(log, motions, distances, remaining, odds)
 
 
-def _distance(residuals: ResidualModel, one: np.ndarray, two: np.ndarray) -> float:
-    """Whitened squared distance between two models' motions in an experiment."""
-    difference = decimated(one - two, residuals.problem.period)
-    return float(sum(np.sum(whiten(difference[:, k], noise.whitener) ** 2)
-                     for k, noise in enumerate(residuals.noises)))
+def _after_refits(residuals: ResidualModel, remaining: Sequence[_Remaining], odds: Odds,
+                  tried: _Tried) -> _Tried:
+    """The same experiment, where each model is refitted to the motion of each other one.
+
+    To first order, with what the old logs say of its parameters as prior information.
+    """
+    whitened = [_whitened(residuals, motion) for motion in tried.motions]
+    roots = [_followed(residuals, one.model, tried.log) for one in remaining]
+
+    def left(true: int, other: int) -> float:
+        apart, root = whitened[true] - whitened[other], roots[other]
+        seen = root.T @ apart
+        return float(apart @ apart - seen @ np.linalg.solve(
+            np.eye(len(seen)) + root.T @ root, seen))
+
+    return _weighed(tried.log, tried.motions, _distances(remaining, left), remaining, odds)
 
 
-def _expected_size(prior: np.ndarray, distances: Sequence[float], odds: Odds) -> float:
-    """Expected size of the 90 % set after the run, whichever of the hypotheses is true."""
-    apart = np.zeros((len(prior), len(prior)))
-    for (i, j), distance in zip(itertools.combinations(range(len(prior)), 2), distances):
-        apart[i, j] = apart[j, i] = distance
+def _followed(residuals: ResidualModel, model: Fit, log: Log) -> np.ndarray:
+    """What the uncertain parameters of a model do to its motion: a root of the covariance."""
+    columns = np.nan_to_num(np.stack([
+        _whitened(residuals, change)
+        for change in changes_of_motion(model.hypothesis, log, residuals)], axis=1))
+    variances, directions = np.linalg.eigh(model.covariance)
+    return np.asarray(columns @ (directions * np.sqrt(np.maximum(variances, 0.0))))
+
+
+def _distances(remaining: Sequence[_Remaining], distance: Callable[[int, int], float],
+               ) -> np.ndarray:
+    """Distance of each model from the motion of the one that is true, shape (true, other)."""
+    apart, count = np.zeros((len(remaining), len(remaining))), range(len(remaining))
+    for true, other in itertools.permutations(count, 2):
+        share = min(remaining[true].distance_share, remaining[other].distance_share)
+        apart[true, other] = share * distance(true, other)
+    return apart
+
+
+def _weighed(log: Log, motions: list[np.ndarray], apart: np.ndarray,
+             remaining: Sequence[_Remaining], odds: Odds) -> _Tried:
+    """Experiment with the expected size of the 90 % set after it, whichever model is true."""
+    prior = np.array([one.ranked.probability for one in remaining])
     sizes = [_set_size(odds(prior, row)) for row in apart]
-    return float(prior @ sizes / prior.sum())
+    least = apart[~np.eye(len(apart), dtype=bool)].min()
+    return _Tried(log, motions, float(least), float(prior @ sizes / prior.sum()))
+
+
+def _whitened(residuals: ResidualModel, motion: np.ndarray) -> np.ndarray:
+    """Motion of all joints as the evidence counts it, one after another."""
+    slow = decimated(motion, residuals.problem.period)
+    return np.concatenate([whiten(slow[:, k], noise.whitener)
+                           for k, noise in enumerate(residuals.noises)])
 
 
 def _set_size(odds: np.ndarray) -> int:
@@ -213,7 +282,7 @@ def _set_size(odds: np.ndarray) -> int:
     return 1 + int(np.sum(held < SET_PROBABILITY))
 
 
-def _odds_after(residuals: ResidualModel, nominal: Fit, fits: Sequence[Fit]) -> Odds:
+def _odds_after(residuals: ResidualModel, nominal: Fit, remaining: Sequence[_Remaining]) -> Odds:
     """Function that gives the odds of hypotheses after a run that separates them.
 
     The verdict weighs what a hypothesis leaves per sample, so the run is added to the old logs.
@@ -221,7 +290,7 @@ def _odds_after(residuals: ResidualModel, nominal: Fit, fits: Sequence[Fit]) -> 
     calibration, n = residuals.method.calibration, residuals.problem.n
     old = nominal.samples.sum()
     new = n * residuals.method.assessment.experiment_duration * RATE
-    excess = np.array([fit.excess for fit in fits])
+    excess = np.array([one.excess for one in remaining])
 
     def odds(prior: np.ndarray, apart: np.ndarray) -> np.ndarray:
         after = (excess * old + n * np.array(apart)) / (old + new)

@@ -19,6 +19,7 @@ from clie_blocks.errors import DivergedError
 
 _TRIALS = 3  # of a scale, before an experiment is given up
 _ON_DIVERGENCE = 0.3  # factor on an experiment in which the model diverges
+_BEGIN = 1.0  # s, after which a run moves as far as it is meant to
 _CLOSE = 0.7  # share of the intended use of a limit that is close enough to it
 
 
@@ -150,23 +151,27 @@ def test_motion(problem: Problem, limits: Limits, name: str, motion: np.ndarray,
                 torque: np.ndarray) -> Log:
     """One experiment around the middle of the positions, as a log without an answer.
 
-    The motion [rad] and the torque [N m] have shape (N, n).
+    The motion [rad] and the torque [N m] have shape (N, n).  The robot starts there at rest, so
+    both begin gently.
     """
-    q_d, zero = limits.centre + motion, np.zeros_like(motion)
+    begun = np.clip(problem.period * np.arange(len(motion))[:, None] / _BEGIN, 0.0, 1.0)
+    gently = begun**2 * (3.0 - 2.0 * begun)
+    q_d, zero = limits.centre + gently * motion, np.zeros_like(motion)
     supply = problem.fit[0].supply
-    return Log(name, q_d, zero + np.nan, q_d, torque, limits.centre, problem.fit[0].at_rest, zero,
-               supply=None if supply is None else zero + supply.mean(axis=0))
+    return Log(name, q_d, zero + np.nan, q_d, gently * torque, limits.centre,
+               problem.fit[0].at_rest, zero, supply=(
+                   None if supply is None else zero + supply.mean(axis=0)))
 
 
-def scale_inside(models: Sequence[Hypothesis], log: Log, limits: Limits, method: AssessmentMethod,
+def scale_inside(models: Sequence[Hypothesis], log: Log, limits: Limits, use: float,
                  ) -> tuple[Log, list[np.ndarray]] | None:
     """Scale an experiment down (or up) until every model of the robot stays inside limits.
 
-    Any of the models may be the robot, so the one that comes closest to a limit sets the scale.
+    Any of the models may be the robot, so the one that comes closest to a limit sets the scale:
+    it uses a share `use` of it.
     Returns the experiment and the models' motions in it, (N, n) [rad] each; None where one of them
     diverges or even small motions leave the limits.
     """
-    use = method.experiment_limit
     for _ in range(_TRIALS):
         try:
             runs = [model.simulator.run(log, model.of_log(0))[:2] for model in models]

@@ -7,7 +7,7 @@ rows, of other logs or of joints that do not push each other, are moved in one r
 import dataclasses
 import functools
 import itertools
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
     Hypothesis,
     residuals_of_sets,
 )
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 _KEPT_BYTES = 400_000_000  # of Jacobians: those of arms of six joints fill gigabytes
@@ -196,6 +197,21 @@ def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: flo
         if parameter.tolerance is not None and violations[i] != 0.0:
             columns[last + i, i] = parameter.size / parameter.tolerance / method.prior_softness
     return Tangent(parts, residual, columns)
+
+
+def changes_of_motion(hypothesis: Hypothesis, log: Log, residuals: ResidualModel,
+                      ) -> Iterator[np.ndarray]:
+    """Change of the motion of another log by each free parameter [rad per its unit], (N, n) each.
+
+    Parameters of a log are those of the first one.
+    """
+    moves = [_move(hypothesis, i, residuals.method.fitting.difference_step)
+             for i in range(len(hypothesis.free_parameters))]
+    sets = [hypothesis.values, *(hypothesis.moved([(move.parameter, move.value)])
+                                 for move in moves)]
+    runs = hypothesis.simulator.positions(log, [hypothesis.of_log(0, one) for one in sets])
+    for move, run in zip(moves, runs[1:], strict=True):
+        yield (run - runs[0]).T / (move.step * move.parameter.size)
 
 
 def _groups_of_moves(hypothesis: Hypothesis, width: float, without: Collection[int],

@@ -74,10 +74,10 @@ def alternatives_section(answer: Answer) -> Section:
     remaining = [name for name in answer["set_90"] if name in LIBRARY and name not in sure]
     mended = (f"{sentence}." for sentence in answer.get("advice", ()))
     confounders = (*mended, *_confounders(answer))
-    if len(remaining) < 2:
-        return Section("Alternative causes", (_single(answer),),
-                       points=(*confounders, *_confusions(answer)))
     menu = tuple(_menu(answer))
+    if len(remaining) < 2:
+        return Section("Alternative causes", (_single(answer),), tables=menu,
+                       points=(*confounders, *_confusions(answer)))
     certain = join_words(effect_title(name) for name in answer["set_90"] if name in sure)
     given = f", given {certain}" if certain else ""
     text = (f"These logs cannot separate {join_words(map(effect_title, remaining))}: together "
@@ -90,6 +90,11 @@ def alternatives_section(answer: Answer) -> Section:
 
 
 def _single(answer: Answer) -> str:
+    if answer.get("next_experiment"):
+        rivals = (" with ".join(map(effect_title, names))
+                  for names in answer["next_experiment"]["separates"])
+        return (f"These logs cannot separate {join_words(rivals, 'from')}. A log of the "
+                "experiment recommended below can.")
     if answer["verdict"] != "effect":
         return "No two causes of the library compete for this gap."
     return ("One answer holds more than 90 % of the probability. The following causes look "
@@ -128,7 +133,7 @@ def _experiment(one: str, other: str) -> str:
 
 def _menu(answer: Answer) -> Iterator[Table]:
     """Table of the experiments that were simulated with every remaining cause."""
-    plan = answer["next_experiment"]
+    plan = answer.get("next_experiment")
     if not plan:
         return
     best = plan["best"]["experiment"]

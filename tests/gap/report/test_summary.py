@@ -186,6 +186,19 @@ def test_what_is_sure_is_no_alternative():
     assert "No experiment" not in section.sentences[0] and len(section.tables) == 2
 
 
+def test_one_cause_beside_something_unknown_has_a_run_of_its_own():
+    found = answer_of("effect", row("coulomb", 0.6), set_90=["coulomb", "unknown"],
+                      next_experiment={
+                          "separates": [["coulomb"], ["unknown"]],
+                          "best": {"experiment": "chirp"}, "menu": [
+                              {"experiment": "chirp", "expected_set_size": 1.2,
+                               "least_distance": 40.0}]})
+    section = alternatives_section(found)
+    assert section.sentences[0].startswith(
+        "These logs cannot separate coulomb from an effect outside the library.")
+    assert len(section.tables) == 1
+
+
 def test_pairs_without_an_experiment_of_their_own_share_one_row():
     names = ["coulomb", "stribeck", "friction_drift"]
     found = answer_of("not_identifiable", *(row(name, 0.3) for name in names), set_90=names,
