@@ -1,5 +1,6 @@
 """What a study of poorer logs found: false names, sets that hold the truth, by kind of log."""
 
+from collections.abc import Iterator
 from typing import Any
 
 from clie_blocks.analysis.blind.laws.scoring import is_accused
@@ -10,6 +11,7 @@ from clie_blocks.analysis.blind.scoring.intervals import rate, share_text
 
 WRONG, COVERED = 0.03, 0.93  # what is sought, at most and at least
 COARSE_ENCODER = "encoder_quantization"  # what a logger does that rounds positions unasked
+LATE_CHANNEL = "channel_skew"  # what the low-pass of a logger does to one of its channels
 Row = dict[str, Any]
 
 
@@ -47,8 +49,8 @@ def figures(rows: list[Row]) -> dict[str, Any]:
 
 def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of: ClassOf) -> Row:
     truth = label_as_classes(label, class_of)
-    if _rounds_positions(label):
-        diagnosis = _without(COARSE_ENCODER, diagnosis)
+    for name in _names_of_logger(label):
+        diagnosis = _without(name, diagnosis)
     answer = Answer(diagnosis if "error" in diagnosis else as_classes(diagnosis, class_of))
     return {"trial": trial, "content": label["content"], "condition": label["condition"],
             "effect": label["labels"][0], "answer": answer.decision,
@@ -59,10 +61,13 @@ def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of:
             "stopped": answer.failed}
 
 
-def _rounds_positions(label: dict[str, Any]) -> bool:
-    """Whether the positions of a log are in steps that its robot file does not state."""
-    return (CONDITIONS[label["condition"]].is_coarse
-            and not CONTENTS[label["content"]].has_torque)
+def _names_of_logger(label: dict[str, Any]) -> Iterator[str]:
+    """Effects that the logger has, which its robot file does not state."""
+    content, condition = CONTENTS[label["content"]], CONDITIONS[label["condition"]]
+    if condition.is_coarse and not content.has_torque:
+        yield COARSE_ENCODER
+    if condition.is_filtered and content.measured:
+        yield LATE_CHANNEL
 
 
 def _without(name: str, diagnosis: dict[str, Any]) -> dict[str, Any]:

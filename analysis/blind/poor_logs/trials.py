@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.blind.laws.arm import PERIOD, Arm, draw_arm
+from clie_blocks.analysis.blind.laws.arm import LOOSE, PERIOD, Arm, draw_arm
 from clie_blocks.analysis.blind.laws.drawn import Statement, row
 from clie_blocks.analysis.blind.laws.run import DELAY, SOUND, Effect, Motion, Reference
 from clie_blocks.analysis.blind.laws.trials import EFFECTS, RINGING, draw_effect, robot_text
@@ -30,10 +30,12 @@ from clie_blocks.analysis.blind.poor_logs.logger import (
     run,
 )
 from clie_blocks.analysis.blind.poor_logs.motion import PickAndPlace
+from clie_blocks.analysis.blind.population.standard import TRACE
 from clie_blocks.output import write
 
 NOISE = (0.8e-4, 2.2e-4)  # rad, of the encoders of the standard study
 CONSTANT_TOLERANCE = 0.1  # of a stated torque constant; the true one is within half of it
+_FINE = 1e-9  # rad, steps of an encoder that shows everything
 _TWO_PI = 2.0 * math.pi
 
 
@@ -117,9 +119,13 @@ class Trial:
 
 
 def draw_trial(seed: int, index: int) -> Trial:
-    """Draw a trial; a robot whose loop rings, which no one would keep, is drawn anew."""
+    """Draw a trial; a loop that rings, which no one would keep, is drawn anew.
+
+    So is an effect that its logs do not hold: it is below their noise, or the gear is loose and
+    a weight holds it at one flank.
+    """
     rng = np.random.default_rng([seed, index])
-    while not _is_steady(trial := _drawn(rng, *turn(index))):
+    while not (_is_steady(trial := _drawn(rng, *turn(index))) and shows_effect(trial)):
         pass
     return trial
 
@@ -168,6 +174,23 @@ def _is_steady(trial: Trial) -> bool:
     condition = trial.robot.condition
     return (len(signals["time"]) == round(condition.seconds / condition.period)
             and bool(np.all(np.abs(signals["command"]) <= RINGING * trial.peak)))
+
+
+def shows_effect(trial: Trial) -> bool:
+    """Whether each log would show the effect, if nothing but the noise were in its way."""
+    effect, encoder = trial.effect, trial.robot.encoder
+    if not effect.name:
+        return True
+    clean = dataclasses.replace(trial.robot, encoder=Encoder(0.0, _FINE))
+    least = math.sqrt((TRACE**2 - 1.0) * (encoder.sigma**2 + encoder.step**2 / 12.0))
+    for seed in trial.robot.seeds:
+        signals, sound = clean.experiment(seed, effect), clean.experiment(seed)
+        if np.std(signals["q"] - sound["q"], axis=0).max() < least:
+            return False
+        twist = (signals["q_motor"] - signals["q"])[:, effect.joint]
+        if effect.name == LOOSE and np.ptp(twist) < effect.size:
+            return False
+    return True
 
 
 def write_trial(trial: Trial, folder: Path) -> None:

@@ -1,5 +1,6 @@
 """Study of poorer logs: what is drawn, and how answers count."""
 
+import dataclasses
 import json
 import tomllib
 from collections import Counter
@@ -9,6 +10,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
+from clie_blocks.analysis.blind.laws import run as runs  # noqa: E402
 from clie_blocks.analysis.blind.poor_logs import trials as made  # noqa: E402
 from clie_blocks.analysis.blind.poor_logs.kinds import (  # noqa: E402
     CONDITIONS,
@@ -17,6 +19,7 @@ from clie_blocks.analysis.blind.poor_logs.kinds import (  # noqa: E402
     conditions_of,
     turn,
 )
+from clie_blocks.analysis.blind.poor_logs.logger import Encoder  # noqa: E402
 from clie_blocks.analysis.blind.poor_logs.scoring import score, terminal_lines  # noqa: E402
 from clie_blocks.analysis.blind.protocol import seal  # noqa: E402
 from clie_blocks.analysis.cli import main as clie  # noqa: E402
@@ -129,6 +132,33 @@ def test_steps_of_the_position_that_the_logger_made_are_no_false_name():
         board = score({"trial-0": answer}, {"trial-0": label}, str)
         assert (board["wrong"]["hits"], board["covered"]["hits"]) == (wrong, 1)
         assert board["right_first"]["hits"] == 1 - wrong
+
+
+def test_a_channel_that_the_logger_delays_is_no_false_name():
+    """A low-pass of the measured torque lets it lag the position."""
+    filtered = {**LABEL, "content": "measured", "condition": "filtered"}
+    answer = said(("channel_skew", 0.99), ("coulomb", 0.8), covers=["channel_skew", "coulomb"])
+    for label, wrong in ((filtered, 0), ({**filtered, "content": "neither"}, 1)):
+        board = score({"trial-0": answer}, {"trial-0": label}, str)
+        assert (board["wrong"]["hits"], board["covered"]["hits"]) == (wrong, 1)
+
+
+def test_an_effect_that_its_logs_do_not_hold_is_drawn_anew():
+    trial = next(one for one in (made.draw_trial(SEED, index) for index in range(0, 99, 11))
+                 if one.effect.name)
+    assert made.shows_effect(trial)
+    robot, joint = trial.robot, trial.effect.joint
+    light = runs.Effect("coulomb", joint, 1e-6 * robot.arm.gear[joint] * trial.peak[joint])
+    arm = dataclasses.replace(robot.arm, has_gravity=True)  # horizontal: held at one flank
+    held = dataclasses.replace(robot, arm=arm, condition=CONDITIONS["standstills"])
+    loose = runs.Effect("backlash", 0, 0.02)
+    noisy = dataclasses.replace(robot, encoder=Encoder(1.0, 1e-6))
+    assert not made.shows_effect(dataclasses.replace(trial, effect=light))
+    assert not made.shows_effect(dataclasses.replace(trial, effect=loose, robot=held))
+    quick = dataclasses.replace(held, arm=dataclasses.replace(arm, has_gravity=False))
+    assert made.shows_effect(dataclasses.replace(trial, effect=loose, robot=quick))
+    assert not made.shows_effect(dataclasses.replace(trial, robot=noisy))
+    assert made.shows_effect(dataclasses.replace(trial, effect=runs.SOUND, robot=noisy))
 
 
 def test_names_that_are_alike_are_one():
