@@ -45,7 +45,8 @@ SIZES = (("strong", "medium", "medium"), ("strong", "medium", "mild"),
 """Sizes of the first three effects of a robot, see `standard.SEVERITY`; any further is mild."""
 IN_SPACE = 4  # of so many robots one is an arm in space
 NOT_TOGETHER = (*ONE_OF, ("torsional_hysteresis", "joint_elasticity"),
-                ("torque_ripple", "commutation_ripple"))
+                ("torque_ripple", "commutation_ripple"),
+                ("motor_heating", "actuator_lag"))  # the engine's heated motor has no lag
 
 
 def plan(seed: int, index: int) -> tuple[tuple[str, ...], tuple[str, ...], bool]:

@@ -106,7 +106,7 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
         robot, truth, ref.runs[:len(FITTED)], vocabulary.joint(rng, name, robot.n)))
         for name in names]
     _check_healthy(experiments, ref.runs, hidden)
-    _check_drive(_with_effects(truth, hidden, [1.0] * len(hidden)))
+    check_drive(_with_effects(truth, hidden, [1.0] * len(hidden)))
     severities = [severity] * len(hidden) if isinstance(severity, str) else severity or ()
     sizes = [_size_for_ratio(robot, truth, experiments, noises, ref, one, own, index)
              for one, own in zip(hidden, severities)]
@@ -142,7 +142,7 @@ def _check_healthy(experiments: list[Experiment], runs: list[Run],
                 raise RejectedError(f"joint {joint} stands still")
 
 
-def _check_drive(truth: dict[str, np.ndarray]) -> None:
+def check_drive(truth: dict[str, np.ndarray]) -> None:
     """Refuse what the engine's motor with a winding does not have: no log would hold it."""
     has_winding = (truth["heating"] > 0) | (truth["back_emf"] > 0)
     more = ((truth["lag"] > 0) | (truth["delay"] > 0) | np.isfinite(truth["limit"])

@@ -17,7 +17,6 @@ from clie_blocks.analysis.gap.assessment.test_motions import (
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.jacobian import changes_of_motion
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
-from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import RATE, decimated, whiten
@@ -110,34 +109,25 @@ class _Remaining(NamedTuple):
     ranked: RankedCause
     model: Fit
     excess: float
-    distance_share: float = 1.0  # of the distance to its model that it is away from another one
-
-    @property
-    def is_nominal(self) -> bool:
-        """Whether it names no cause."""
-        return self.ranked.names in ((NONE,), (UNKNOWN,))
 
 
 def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[RankedCause],
                     ) -> NextExperiment | None:
     """Return the experiment that separates the causes of the 90 % set.
 
-    None if one hypothesis is left, if none of them names a cause, if something unknown leads, of
-    which no model says how far it moves, if the stated limits leave no room beside what the logs
-    reached, or if no experiment would leave fewer than there are.
+    None if one hypothesis is left, if one of them is something unknown, of which no model says how
+    far it moves the robot, if the stated limits leave no room beside what the logs reached, or if
+    no experiment would leave fewer than there are.
 
     Elementary experiments and multisines, whose lines, phases and share of set-point and torque
     are searched, are simulated with each remaining model, none of which may leave the robot's
     limits; the whitened distance between two predictions is the evidence that the run would bring,
     and the verdict's own odds say how many causes it would leave.  Of the best of them only what
-    no refit of the other model would follow is evidence.  Something unknown has no model: it moves
-    the robot otherwise than a cause does by a share of what that cause does, and leaves more room
-    to the limits.
+    no refit of the other model would follow is evidence.
     """
     method, problem = residuals.method.assessment, residuals.problem
-    remaining = _remaining(ranking, nominal, residuals.method)
-    if len(remaining) < 2 or all(one.is_nominal for one in remaining) or (
-            remaining[0].ranked.names == (UNKNOWN,)):
+    remaining = _remaining(ranking, nominal, method)
+    if len(remaining) < 2:
         return None
     limits = motion_limits(problem)
     if np.any(limits.lowest >= limits.highest):
@@ -164,22 +154,25 @@ def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[Ra
                           [one.row for one in menu], menu[0].row, menu[0].log, problem.period)
 
 
-def _remaining(ranking: Sequence[RankedCause], nominal: Fit, method: Method) -> list[_Remaining]:
-    """Hypotheses of the credible set, with the models that stand for them."""
+def _remaining(ranking: Sequence[RankedCause], nominal: Fit, method: AssessmentMethod,
+               ) -> list[_Remaining]:
+    """Hypotheses of the credible set, with the models that stand for them; none if one has none.
+
+    That nothing is there has the nominal model.
+    """
     remaining: list[_Remaining] = []
     held = 0.0
     for ranked in ranking:
-        if held >= SET_PROBABILITY or len(remaining) == method.assessment.experiment_causes:
+        if held >= SET_PROBABILITY:
             break
         held += ranked.probability
-        if ranked.names == (UNKNOWN,):
-            remaining.append(_Remaining(
-                ranked, nominal, ranked.excess, method.calibration.unexplained_share))
-        elif ranked.names == (NONE,):
+        if UNKNOWN in ranked.names:
+            return []
+        if ranked.names == (NONE,):
             remaining.append(_Remaining(ranked, nominal, ranked.excess))
         elif ranked.fit is not None:
             remaining.append(_Remaining(ranked, ranked.fit, ranked.fit.excess))
-    return remaining
+    return remaining[:method.experiment_causes]
 
 
 def _search_multisines(problem: Problem, limits: Limits, method: AssessmentMethod,
@@ -210,15 +203,13 @@ def _search_multisines(problem: Problem, limits: Limits, method: AssessmentMetho
 def _simulated(residuals: ResidualModel, remaining: Sequence[_Remaining], limits: Limits,
                odds: Odds, log: Log) -> _Tried | None:
     """Experiment inside the limits with what it would bring; None where there is none."""
-    models, method = [one.model.hypothesis for one in remaining], residuals.method.assessment
-    is_unknown = any(one.ranked.names == (UNKNOWN,) for one in remaining)
-    use = method.experiment_limit * (method.experiment_unknown_limit if is_unknown else 1.0)
-    scaled = scale_inside(models, log, limits, use)
+    models = [one.model.hypothesis for one in remaining]
+    scaled = scale_inside(models, log, limits, residuals.method.assessment.experiment_limit)
     if scaled is None:
         return None
     log, motions = scaled
     whitened = [_whitened(residuals, motion) for motion in motions]
-    distances = _distances(remaining, lambda true, other: float(
+    distances = _distances(len(remaining), lambda true, other: float(
         np.sum((whitened[true] - whitened[other]) ** 2)))
     return _weighed(log, motions, distances, remaining, odds)
 
@@ -238,7 +229,7 @@ def _after_refits(residuals: ResidualModel, remaining: Sequence[_Remaining], odd
         return float(apart @ apart - seen @ np.linalg.solve(
             np.eye(len(seen)) + root.T @ root, seen))
 
-    return _weighed(tried.log, tried.motions, _distances(remaining, left), remaining, odds)
+    return _weighed(tried.log, tried.motions, _distances(len(remaining), left), remaining, odds)
 
 
 def _followed(residuals: ResidualModel, model: Fit, log: Log) -> np.ndarray:
@@ -250,13 +241,11 @@ def _followed(residuals: ResidualModel, model: Fit, log: Log) -> np.ndarray:
     return np.asarray(columns @ (directions * np.sqrt(np.maximum(variances, 0.0))))
 
 
-def _distances(remaining: Sequence[_Remaining], distance: Callable[[int, int], float],
-               ) -> np.ndarray:
+def _distances(count: int, distance: Callable[[int, int], float]) -> np.ndarray:
     """Distance of each model from the motion of the one that is true, shape (true, other)."""
-    apart, count = np.zeros((len(remaining), len(remaining))), range(len(remaining))
-    for true, other in itertools.permutations(count, 2):
-        share = min(remaining[true].distance_share, remaining[other].distance_share)
-        apart[true, other] = share * distance(true, other)
+    apart = np.zeros((count, count))
+    for true, other in itertools.permutations(range(count), 2):
+        apart[true, other] = distance(true, other)
     return apart
 
 

@@ -58,8 +58,6 @@ class AssessmentMethod:
     experiment_duration: float = threshold(20.0, "s", "of a recommended run")
     experiment_limit: float = threshold(
         0.9, "share of each limit", "that a recommended run may use")
-    experiment_unknown_limit: float = threshold(
-        0.5, "share of that", "where the cause may be something unknown, which no model predicts")
     experiment_causes: int = threshold(
         4, "hypotheses", "that a recommended run is to tell apart, the most probable ones")
     experiment_least_gain: float = threshold(

@@ -11,8 +11,8 @@ from clie_blocks.output import to_json
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 BOARDS = {name: json.loads((DOCS / "blind" / f"{name}.json").read_text())
-          for name in ("many", "many_48", "many_20")}
-TRIALS = {"many": 100, "many_48": 48, "many_20": 20}
+          for name in ("many", "many_48", "many_20", "many_20_second")}
+TRIALS = {"many": 100, "many_48": 48, "many_20": 20, "many_20_second": 20}
 PAGE = (DOCS / "blind_trials.md").read_text()
 
 

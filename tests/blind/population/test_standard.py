@@ -7,9 +7,7 @@ import pytest
 
 from clie_blocks.analysis.blind.population import standard
 from clie_blocks.analysis.blind.population.effects import EFFECTS
-from clie_blocks.analysis.blind.population.maker import (
-    make_trial,
-)
+from clie_blocks.analysis.blind.population.maker import RejectedError, make_trial
 from clie_blocks.analysis.blind.population.outsiders import OUTSIDERS
 from clie_blocks.analysis.blind.population.standard import KINDS, ONE_OF, SEVERITY, STANDARD, plan
 
@@ -64,3 +62,11 @@ def test_the_same_seed_makes_the_same_trial(healthy_trial):
     assert all(np.array_equal(a, b) for one, two in zip(trial.runs, again.runs)
                for a, b in zip(one, two))
     assert again.label == trial.label
+
+
+@pytest.mark.parametrize("key, value", [("lag", 2e-3), ("limit", 1.0), ("gain", 1.1)])
+def test_a_heated_motor_has_nothing_that_the_engine_leaves_out(quiet_robot, key, value):
+    truth = {**quiet_robot().truth, "heating": np.array([100.0])}
+    standard.check_drive(truth)
+    with pytest.raises(RejectedError, match="winding"):
+        standard.check_drive({**truth, key: np.array([value])})

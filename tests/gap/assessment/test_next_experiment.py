@@ -118,21 +118,24 @@ def test_a_run_that_leaves_the_set_as_it_is_is_not_recommended(undecided):
     assert next_experiment(residuals, fits["coulomb"], twins) is None
 
 
-@pytest.mark.parametrize("rival", ["none", "unknown"])
-def test_one_name_is_told_from_nothing_and_from_something_unknown(undecided, rival):
+def test_one_name_is_told_from_nothing(undecided):
     _, residuals, fits, _ = undecided
     plain = fit_nominal(residuals.problem, METHOD)[1]
-    ranking = [make_ranked("coulomb", 0.55, 0.1, fits["coulomb"]), make_ranked(rival, 0.45, 0.2)]
+    ranking = [make_ranked("coulomb", 0.55, 0.1, fits["coulomb"]), make_ranked("none", 0.45, 0.2)]
     advice = next_experiment(residuals, plain, ranking)
-    assert advice.separates == [["coulomb"], [rival]]
+    assert advice.separates == [["coulomb"], ["none"]]
     assert advice.best["expected_set_size"] < 1.5
     for one in (fits["coulomb"], plain):
         assert_inside(one.hypothesis, advice.run, motion_limits(residuals.problem))
 
 
-def test_no_run_where_no_cause_remains(undecided):
+@pytest.mark.parametrize("unknown", ["unknown", "coulomb+unknown"])
+def test_no_run_where_something_unknown_may_move_the_robot(undecided, unknown):
+    """No model says how far it moves, so that no limit is sure to hold."""
     _, residuals, fits, _ = undecided
-    ranking = [make_ranked("unknown", 0.6, 0.1), make_ranked("none", 0.4, 0.2)]
+    ranking = [make_ranked("coulomb", 0.5, 0.1, fits["coulomb"]),
+               make_ranked("presliding", 0.3, 0.1, fits["presliding"]),
+               make_ranked(unknown, 0.2, 0.2)]
     assert next_experiment(residuals, fits["coulomb"], ranking) is None
 
 

@@ -186,16 +186,16 @@ def test_what_is_sure_is_no_alternative():
     assert "No experiment" not in section.sentences[0] and len(section.tables) == 2
 
 
-def test_one_cause_beside_something_unknown_has_a_run_of_its_own():
-    found = answer_of("effect", row("coulomb", 0.6), set_90=["coulomb", "unknown"],
+def test_one_cause_beside_nothing_has_a_run_of_its_own():
+    found = answer_of("effect", row("coulomb", 0.6), set_90=["coulomb", "none"],
                       next_experiment={
-                          "separates": [["coulomb"], ["unknown"]],
+                          "separates": [["coulomb"], ["none"]],
                           "best": {"experiment": "chirp"}, "menu": [
                               {"experiment": "chirp", "expected_set_size": 1.2,
                                "least_distance": 40.0}]})
     section = alternatives_section(found)
     assert section.sentences[0].startswith(
-        "These logs cannot separate coulomb from an effect outside the library.")
+        "These logs cannot separate coulomb from no effect.")
     assert len(section.tables) == 1
 
 
