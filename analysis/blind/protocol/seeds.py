@@ -11,8 +11,8 @@ DEVELOPMENT_SEEDS = (
     range(41, 46), range(51, 56), range(61, 66), range(71, 76), range(1000, 10000),
     range(10001, 10003), range(10004, 10006))
 # of studies that were published, and opened since
-OPENED_SEEDS = (22469, 29531, 34141, 38207, 46271, 47123, 48611, 52931, 55127, 55811, 57037,
-                58231, 63719, 64901, 68903, 71203, 75941, 83117, 86413, 91733)
+OPENED_SEEDS = (22469, 29531, 34141, 38207, 46271, 47123, 48611, 52931, 53617, 55127, 55811,
+                57037, 58231, 63719, 64901, 68903, 71203, 75941, 83117, 86413, 91733)
 OWN_ENGINE = "own_robots"  # the engine of the calibration, which no blind trial comes from
 CALIBRATED = "thresholds and probability map"
 
