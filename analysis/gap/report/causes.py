@@ -23,6 +23,8 @@ from clie_blocks.effects import LIBRARY
 SHOWN = 8
 NO_RUN = " No experiment that was simulated would separate them: with these parameters their "  \
     "models move alike."
+NO_RUN_BESIDE_UNKNOWN = " No experiment is recommended while something unknown remains: no "  \
+    "model says how far it would move the robot."
 IN_GENERAL = ", where their numbers differ more"
 MARKS = ((0.5, "good"), (0.05, "unsure"))
 SURE = 0.9  # probability of a cause that is established, whatever the others are
@@ -82,7 +84,8 @@ def alternatives_section(answer: Answer) -> Section:
     given = f", given {certain}" if certain else ""
     text = (f"These logs cannot separate {join_words(map(effect_title, remaining))}: together "
             f"they hold at least 90 % of the probability{given}.")
-    return Section("Alternative causes", (text if menu else text + NO_RUN,),
+    without_run = NO_RUN_BESIDE_UNKNOWN if "unknown" in answer["set_90"] else NO_RUN
+    return Section("Alternative causes", (text if menu else text + without_run,),
                    tables=(Table(("causes", f"what separates them{'' if menu else IN_GENERAL}"),
                                  _separations(remaining, bool(menu))),
                            *menu),

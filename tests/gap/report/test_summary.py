@@ -199,6 +199,14 @@ def test_one_cause_beside_nothing_has_a_run_of_its_own():
     assert len(section.tables) == 1
 
 
+def test_beside_something_unknown_no_experiment_was_simulated():
+    names = ["coulomb", "stribeck", "unknown"]
+    found = answer_of("not_identifiable", *(row(name, 0.3) for name in names), set_90=names,
+                      next_experiment=None)
+    text = alternatives_section(found).sentences[0]
+    assert "while something unknown remains" in text and "was simulated" not in text
+
+
 def test_pairs_without_an_experiment_of_their_own_share_one_row():
     names = ["coulomb", "stribeck", "friction_drift"]
     found = answer_of("not_identifiable", *(row(name, 0.3) for name in names), set_90=names,
