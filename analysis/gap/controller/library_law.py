@@ -12,7 +12,7 @@ from clie_blocks.analysis.gap.controller.competition import Competition, compete
 from clie_blocks.analysis.gap.controller.library import AT_LIMIT
 from clie_blocks.analysis.gap.controller.refit import without_recorded_excitation
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck, replay_controller
-from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
+from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -34,7 +34,7 @@ def with_library_law(check: ControllerCheck, problem: Problem) -> ControllerChec
         return check
     stated = problem.robot.controller
     if not joints:
-        return _followed_where_it_winds_up(check, problem, stated)
+        return _followed_at_its_limit(check, problem)
     base = (_first_guess(problem, stated) if stated.is_program
             else _as_it_ran(stated, check.law))
     found = compete(problem, base, check.limit, joints, stated)
@@ -52,50 +52,59 @@ def with_library_law(check: ControllerCheck, problem: Problem) -> ControllerChec
         differences=(*check.differences, *said),
         decisions=(*(one for one in check.decisions if one not in vain), *said,
                    *_nearest(found, problem)))
-    followed = tuple(k for k in sorted(explained) if _meets_limit(found.law, problem, k))
-    return named if not followed else dataclasses.replace(
+    met = _joints_at_limit(found.law, problem)
+    return named if not met else dataclasses.replace(
         named, law=_without_limit(check.law), recorded=True,
-        followed=tuple(sorted(explained))).with_decisions([_why_followed(problem, followed)])
+        followed=tuple(sorted(explained))).with_decisions([_why_followed(problem, met)])
 
 
-def _followed_where_it_winds_up(check: ControllerCheck, problem: Problem, stated: Controller,
-                                ) -> ControllerCheck:
-    """Check of which models follow the commands where an integral winds up at its limit.
-
-    There the loop is open for as long as the integral takes to unwind, and amplifies whatever a
-    model has otherwise.
-    """
-    law = check.law
-    if stated.anti_windup != "none" or not isinstance(law, BlockLaw):
-        return check
-    met = tuple(k for k in range(problem.n) if _meets_limit(law, problem, k))
+def _followed_at_its_limit(check: ControllerCheck, problem: Problem) -> ControllerCheck:
+    """Check of which models follow the commands where those of the stated law meet its limit."""
+    met = _joints_at_limit(check.law, problem)
     return check if not met else dataclasses.replace(
-        check, law=_without_limit(law), recorded=True,
-        followed=met).with_decisions([_why_followed(problem, met)])
+        check, law=_without_limit(check.law), recorded=True,
+        followed=tuple(range(problem.n))).with_decisions([_why_followed(problem, met)])
 
 
 def _why_followed(problem: Problem, joints: Sequence[int]) -> str:
-    """What follows of commands that rest at their limit."""
+    """What follows of commands that meet a limit."""
     names = ", ".join(problem.joints[k] for k in joints)
-    return f"the command of {names} rests at its limit, so that models follow the recorded command"
+    return f"the command of {names} meets a limit, so that models follow the recorded command"
 
 
-def _without_limit(law: Law) -> Law:
+def _without_limit(law: StatedLaw) -> StatedLaw:
     """PD law nearest to a law that is limited, which holds a model near the robot; else itself."""
-    if not isinstance(law, BlockLaw) or not np.any(np.isfinite(law.saturation)):
+    limits = (law.saturation, _largest_rate(law))
+    if not np.any(np.isfinite(limits)):
         return law
-    return dataclasses.replace(law.pd, saturation=np.full(law.block.n, np.inf))
+    return dataclasses.replace(law.pd, saturation=np.full_like(law.saturation, np.inf))
 
 
-def _meets_limit(law: BlockLaw, problem: Problem, k: int) -> bool:
-    """Whether a joint's command rests at the limit of a law in any log.
+def _joints_at_limit(law: StatedLaw, problem: Problem) -> tuple[int, ...]:
+    """Joints whose command meets a limit of a law, or of its rate, for long in any log.
 
-    There the loop is open: a model under that law leaves the robot, however right it is, while
-    models that follow the recorded command under a law without the limit do not.
+    There the loop is open, and what the noise of an encoder does to the command depends on the
+    motion: a model under that law leaves the robot, however right it is, while models that follow
+    the recorded command under a law without the limit do not.
     """
-    least = AT_LIMIT * law.saturation[k] - law.resolution[k]
-    return bool(np.isfinite(least)) and any(
-        np.mean(np.abs(log.u[:, k]) >= least) > LIMITED for log in problem.logs)
+    return tuple(np.flatnonzero(np.any([
+        _share_at(law.saturation, log.u, law) > LIMITED for log in problem.logs] + [
+        _share_at(_largest_rate(law) * law.period, np.diff(log.u, axis=0), law) > LIMITED
+        for log in problem.logs], axis=0)).tolist())
+
+
+def _share_at(limit: np.ndarray, u: np.ndarray, law: StatedLaw) -> np.ndarray:
+    """Share of the commands, or of their changes, (N, n) that are at a limit (n,); 0 without."""
+    return np.mean(np.abs(u) >= AT_LIMIT * limit - law.resolution, axis=0)
+
+
+def _largest_rate(law: StatedLaw) -> np.ndarray:
+    """Fastest change of the commands of a law, shape (n,) [N m/s]; infinite without a limit."""
+    if not isinstance(law, BlockLaw):
+        return np.full_like(law.kp, np.inf)
+    rates = [value for (name, _), value in zip(law.block.parameters, law.parameters, strict=True)
+             if name.endswith("command_rate")]
+    return np.array(rates) if rates else np.full_like(law.kp, np.inf)
 
 
 def learned_law(problem: Problem) -> ControllerCheck | None:
@@ -118,7 +127,7 @@ def learned_law(problem: Problem) -> ControllerCheck | None:
         return None
     said = tuple(one.describe(problem.joints[one.joint], learned=True) for one in found.found)
     zero, joints = np.zeros(problem.n), range(problem.n)
-    limited = [k for k in joints if _meets_limit(found.law, problem, k)]
+    limited = _joints_at_limit(found.law, problem)
     if limited:
         return dataclasses.replace(
             replay_controller(problem), laws=found.found, learned=True, followed=tuple(joints),

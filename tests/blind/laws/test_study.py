@@ -108,13 +108,26 @@ def test_a_study_from_one_command(tmp_path, short, capsys):
 
 
 @pytest.mark.slow
-def test_a_sound_arm_whose_integral_winds_up_is_not_called_unknown(tmp_path):
+@pytest.mark.parametrize("kind", [
+    "integral_that_winds_up", "integral_at_its_limit", "limit", "rate_limit"])
+def test_a_sound_arm_whose_command_meets_a_limit_is_not_called_unknown(kind, tmp_path):
     """Its loop is open at the limit, so that no model under that law would follow it."""
     from clie_blocks.analysis.gap.diagnosis import diagnose
 
     for described in (made.RIGHT, made.WRONG):
-        index = index_of("integral_that_winds_up", described, True)
-        made.write_trial(made.draw_trial(SEED, index), tmp_path / described)
+        made.write_trial(made.draw_trial(SEED, index_of(kind, described, True)),
+                         tmp_path / described)
         answer = diagnose(read(tmp_path / described))
         assert answer.verdict == "none"
-        assert any("rests at its limit" in one for one in answer.to_dict()["decisions"])
+        assert any("meets a limit" in one for one in answer.to_dict()["decisions"])
+
+
+@pytest.mark.slow
+def test_backlash_shows_where_the_rate_of_the_command_is_limited(tmp_path, monkeypatch):
+    from clie_blocks.analysis.gap.diagnosis import diagnose
+
+    monkeypatch.setattr(made, "EFFECTS", ("backlash",))
+    trial = made.draw_trial(SEED, index_of("rate_limit", made.WRONG, False))
+    made.write_trial(trial, tmp_path)
+    effects = diagnose(read(tmp_path)).to_dict()["effects"]
+    assert effects[0]["effect"] == "backlash" and effects[0]["probability"] > 0.9
