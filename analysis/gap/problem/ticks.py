@@ -12,12 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.records.clock import GAP
+from clie_blocks.analysis.records.controller_section import MEASURED as MEASURED_TORQUE
 from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record, read_only
 from clie_blocks.analysis.records.replay import sample_time
 from clie_blocks.errors import RecordError
 
 FAST_ENOUGH = 5e-4  # s: a servo that is faster is simulated at this period, if its loop is stable
+LONGEST_HELD = 2.5e-3  # s, for which a measured torque counts as constant
 FINEST_PERIOD = 2e-5  # s, down to which a period is sought at which the loop is stable
 OFF_TICK = 0.1  # of a period, by which a sample may miss its tick
 AT_TICKS = 0.95  # share of the steps of a clock whose ticks are known
@@ -37,12 +39,16 @@ def controller_period(controller: Controller, records: Sequence[Record]) -> floa
     """Period at which a controller is simulated [s], so that each sample of a log is at a tick.
 
     It is the stated one where the fastest log has that rate, and otherwise a part of the step of
-    that log: as short as the stated period, but for fast servos, whose rate no motion shows.
+    that log: as short as the stated period, but for fast servos, whose rate no motion shows.  A
+    measured torque of an unknown rate goes on between the rows; held over them, it would be late.
     """
     fastest = min(records, key=lambda record: record.sample_time)
     logged, period = fastest.sample_time, sample_time(fastest, controller)
-    if controller.sample_time is not None and controller.sample_time < logged * (1.0 - OFF_TICK):
-        finest = max(controller.sample_time, FAST_ENOUGH)
+    stated = controller.sample_time
+    if stated is None and controller.u_is == MEASURED_TORQUE:
+        stated = LONGEST_HELD
+    if stated is not None and stated < logged * (1.0 - OFF_TICK):
+        finest = max(stated, FAST_ENOUGH)
         period = logged / max(1, np.ceil(logged / finest - OFF_TICK))
         if abs(period - finest) < SAME_PERIOD * finest:
             period = finest
