@@ -16,8 +16,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.friction import COULOMB
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
-from clie_blocks.analysis.gap.explain import ExplainSteps, Explanation
+from clie_blocks.analysis.gap.explain import ExplainSteps, Explanation, explain
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.observer import with_observer
@@ -41,9 +42,18 @@ def time_torque(controller: ControllerCheck, problem: Problem, method: Method,
     if not _is_driven_by_measurement(controller, problem):
         return controller
     read = with_observer(controller.corrected(problem), method)
-    residuals, nominal = steps.fit_nominal(read, method, steps.noise_model)
-    lag = _lag(nominal, residuals, steps.lack_of_fit, method.fitting.torque_lag_left)
+    nominal = explain(read, (), method, steps, test_lack_of_fit=False)
+    lag = _lag_beside_free_torque(nominal, steps)
+    if lag == TorqueLag() and nominal.has_gap:
+        rubbing = explain(read, (COULOMB,), method, steps, test_lack_of_fit=False)
+        lag = _lag_beside_free_torque(rubbing, steps)
     return _with_lag(controller, lag, problem)
+
+
+def _lag_beside_free_torque(explanation: Explanation, steps: ExplainSteps) -> TorqueLag:
+    residuals = explanation.residuals
+    return _lag(_best(explanation), residuals, steps.lack_of_fit,
+                residuals.method.fitting.torque_lag_left)
 
 
 def time_torque_again(controller: ControllerCheck, problem: Problem, as_logged: Explanation,

@@ -10,9 +10,9 @@ import numpy as np
 from clie_blocks.analysis.gap.assessment.test_motions import (
     Limits,
     elementary_motions,
-    motion_limits,
     multisine_motion,
     scale_inside,
+    trusted_limits,
 )
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.jacobian import changes_of_motion
@@ -129,7 +129,7 @@ def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[Ra
     remaining = _remaining(ranking, nominal, method)
     if len(remaining) < 2:
         return None
-    limits = motion_limits(problem)
+    limits = trusted_limits(problem, method)
     if np.any(limits.lowest >= limits.highest):
         return None
     odds = _odds_after(residuals, nominal, remaining)

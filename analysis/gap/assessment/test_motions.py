@@ -55,8 +55,7 @@ class Limits:
 def motion_limits(problem: Problem) -> Limits:
     """Return the limits of a robot: the stated ones, else what its logs have reached."""
     stated, shift = _stated_limits(problem)
-    logs = problem.logs
-    reached = np.max([np.abs(log.u).max(axis=0) for log in logs], axis=0)
+    logs, reached = problem.logs, _largest_torque(problem)
     velocities = [_velocity(log.q, problem.period) for log in logs]
     of_law = np.where(np.isfinite(problem.law.saturation), problem.law.saturation, reached)
     return Limits(
@@ -67,6 +66,24 @@ def motion_limits(problem: Problem) -> Limits:
         np.max([np.abs(velocity).max(axis=0) for velocity in velocities], axis=0)
         if stated.speed is None else stated.speed,
         of_law if stated.command is None else stated.command)
+
+
+def trusted_limits(problem: Problem, method: AssessmentMethod) -> Limits:
+    """Return the limits of a run whose torques the drives are known to give.
+
+    A drive that loses too little for any log to show it may lose much at many times the torque,
+    and the robot then leaves the limits that no model would leave.
+    """
+    limits = motion_limits(problem)
+    known = np.maximum(method.experiment_torque_growth * _largest_torque(problem),
+                       method.experiment_least_torque * limits.torque)
+    return dataclasses.replace(limits, torque=np.minimum(limits.torque, known))
+
+
+def _largest_torque(problem: Problem) -> np.ndarray:
+    """Largest command of each joint in any log, shape (n,) [N m]."""
+    largest: np.ndarray = np.max([np.abs(log.u).max(axis=0) for log in problem.logs], axis=0)
+    return largest
 
 
 def _stated_limits(problem: Problem) -> tuple[StatedLimits, np.ndarray]:

@@ -23,8 +23,9 @@ from clie_blocks.robot_loop.dynamics import Piece, State
 ACTUATOR_SATURATION = cause_of(
     LIBRARY["actuator_saturation"], ("limit",),
     lambda scene: [Probe({"limit": share * scene.peak_torque},
-                         sizes={"limit": 0.1 * scene.peak_torque}) for share in (
-        0.985, 0.96, 0.93, 0.89, 0.84, 0.78, 0.7, 0.6, 0.5, 0.4, 0.3)])
+                         sizes={"limit": 0.1 * share * scene.peak_torque}) for share in (
+        0.985, 0.96, 0.93, 0.89, 0.84, 0.78, 0.7, 0.6, 0.5, 0.4, 0.3,
+        0.2, 0.12, 0.07, 0.04, 0.02)])  # a loop asks for many times what a weak drive gives
 
 
 def _recorded(s: State) -> np.ndarray:

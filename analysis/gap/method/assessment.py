@@ -58,6 +58,11 @@ class AssessmentMethod:
     experiment_duration: float = threshold(20.0, "s", "of a recommended run")
     experiment_limit: float = threshold(
         0.9, "share of each limit", "that a recommended run may use")
+    experiment_torque_growth: float = threshold(
+        3.0, "times the largest torque of the logs",
+        "that a recommended run may ask for: what a drive loses beyond it no log shows")
+    experiment_least_torque: float = threshold(
+        0.1, "share of the torque limit", "that a recommended run may ask for in any case")
     experiment_causes: int = threshold(
         4, "hypotheses", "that a recommended run is to tell apart, the most probable ones")
     experiment_least_gain: float = threshold(

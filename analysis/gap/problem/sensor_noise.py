@@ -13,6 +13,8 @@ TOO_FAST = 0.5  # of the noise of a position: what the reference explains of it 
 _NOISE_CORNER = 60.0  # Hz, or this share of the sample rate: above it there is no motion,
 _NOISE_CORNER_SHARE = 0.24
 _MAD = 0.6745  # median of the absolute value of a standard normal variable
+_OFF_LINE = np.array([1.0, -2.0, 1.0])
+_OFF_CUBIC = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
 _START_UP = 300  # and so many samples at both ends belong to the filter that looks there
 
 
@@ -41,12 +43,20 @@ def noise_of_logs(problem: Problem, k: int, positions: Sequence[np.ndarray]) -> 
 def torque_noise(problem: Problem, k: int) -> float:
     """Noise of a measured torque of joint k that drives models, as impulses of a tick [N m].
 
-    It is known from second differences, which no slow torque has; a sample lasts `stride` ticks.
-    What a rough torque does between its samples is noise as well.
+    It is known from second differences, which no slow torque has, or, where a torque goes on
+    between its samples, from what a cubic through its neighbours misses of each.  There a sample
+    lasts `stride` ticks, and the torque has as much noise of its own in each.
     """
-    second = [log.stride * np.median(np.abs(np.diff(log.u[::log.stride, k], 2)))
-              for log in problem.logs]
-    return float(np.median(second) / (_MAD * np.sqrt(6.0)))
+    return float(np.median([
+        _roughness(log.u[::log.stride, k], log.stride > 1)
+        * (1.0 if log.stride == 1 else np.sqrt(log.stride + 1.0)) for log in problem.logs]))
+
+
+def _roughness(torque: np.ndarray, is_interpolated: bool) -> float:
+    """Standard deviation of white noise in samples (N,) of a torque, robust to its jumps."""
+    weights = _OFF_CUBIC if is_interpolated else _OFF_LINE
+    off = np.convolve(torque, weights, "valid")
+    return float(np.median(np.abs(off)) / (_MAD * np.linalg.norm(weights)))
 
 
 def _noise_of_log(log: Log, q: np.ndarray, period: float) -> float:

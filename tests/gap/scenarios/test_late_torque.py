@@ -40,14 +40,14 @@ def low_passed(torque, seconds):
 CHANNELS = {LATE: late, LOW_PASS: low_passed}
 
 
-def diagnosed(rows, kind=LATE, seconds=0.0):
+def diagnosed(rows, kind=LATE, seconds=0.0, every=EVERY):
     """Diagnosis of logs of torque and position, where the torque is a little rounded."""
     robot = dataclasses.replace(robot_of(links=LINKS, inertia=0.01, viscous_friction=[0.02]),
                                 nominal=Nominal(gravity=True))
     records = []
     for j, log in enumerate(rows):
         torque = np.round(CHANNELS[kind](log[:, 3], seconds), 4) if seconds else log[:, 3]
-        rows_of_log = np.column_stack([log[:, :3], torque, log[:, 4]])[::EVERY]
+        rows_of_log = np.column_stack([log[:, :3], torque, log[:, 4]])[::every]
         records.append(record_of(rows_of_log, robot, "tau", name=f"log {j}"))
     return gap.diagnose(gap.Problem.from_logs(robot, records, trust_logs=True))
 
@@ -83,6 +83,25 @@ def test_friction_is_found_beside_a_torque_out_of_step(rubbing, kind, seconds):
     assert abs(found.controller.torque_lag.seconds - seconds) < SAMPLE / 2
     row = next(row for row in found.to_dict()["effects"] if row["effect"] == "coulomb")
     assert row["parameters"]["level"]["value"] == pytest.approx([COULOMB], rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_low_pass_shows_beside_friction_that_no_smooth_torque_is_like():
+    found = diagnosed(logs(0.12), LOW_PASS, 6e-3)
+    assert found.controller.torque_lag.time_constant == pytest.approx(6e-3, abs=SAMPLE / 4)
+    assert "coulomb" in found.to_dict()["set_90"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("every", [10, 20])
+def test_a_torque_goes_on_between_slow_rows(sound, every):
+    """Held over them it would be late by half of their step."""
+    of_sound, of_friction = (diagnosed(rows, every=every) for rows in (sound, logs(0.2)))
+    assert of_sound.problem.period <= 2.5e-3
+    assert of_sound.ranking[0].names == ("none",) and of_sound.ranking[0].probability > 0.9
+    answer = of_friction.to_dict()
+    assert "coulomb" in answer["set_90"]
+    assert {row["effect"] for row in answer["effects"] if row["probability"] >= 0.5} <= {"coulomb"}
 
 
 @pytest.mark.slow
