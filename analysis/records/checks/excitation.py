@@ -162,14 +162,17 @@ def _hidden(view: _View, k: int, noise: float) -> tuple[tuple[str, ...], str]:
         (), "")
 
 
-def _inertia(view: _View, command: np.ndarray, k: int) -> tuple[float, float]:
+def _inertia(view: _View, command: np.ndarray, k: int, beside: Sequence[np.ndarray] = (),
+             ) -> tuple[float, float]:
     """Command per acceleration of joint k, next to damping, offset, weight and dry friction.
 
-    With its half width of 95 %, which is infinite where these do the same in this motion.
+    And next to further columns.  With its half width of 95 %, which is infinite where these do the
+    same in this motion.
     """
     columns = np.stack([view.ddq[:, k], view.dq[:, k], np.ones_like(view.dq[:, k])], axis=1)
+    columns = np.column_stack((columns, *_nuisance(view, k), *beside))
     try:
-        fit = least_squares(np.column_stack((columns, *_nuisance(view, k))), command[:, k])
+        fit = least_squares(columns, command[:, k])
     except np.linalg.LinAlgError:
         return 0.0, np.inf
     return float(fit.value[0]), float(fit.interval[0])
@@ -187,10 +190,17 @@ def shown_inertias(record: Record, robot: Robot | None) -> np.ndarray:
         for k in range(record.n):
             if view.at.size < 100 or view.u is None or k in dead or _hidden(view, k, noise[k])[0]:
                 continue
-            inertia, interval = _inertia(view, view.u, k)
+            inertia, interval = _inertia(view, view.u, k, _of_other_joints(view, k))
             if interval < CLEAR * abs(inertia):
                 found[k] = np.fmax(found[k], inertia)
     return found
+
+
+def _of_other_joints(view: _View, k: int) -> list[np.ndarray]:
+    """Push of the accelerations of other joints, and the weight of a link that they turn."""
+    pushes = [view.ddq[:, j] for j in range(view.q.shape[1]) if j != k and np.ptp(view.q[:, j])]
+    turned = view.q[:, :k + 1].sum(axis=1)
+    return [*pushes, *([np.sin(turned), np.cos(turned)] if k and np.ptp(view.q[:, :k]) else [])]
 
 
 def _nuisance(view: _View, k: int) -> list[np.ndarray]:

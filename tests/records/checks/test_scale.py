@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.blind.laws.arm import Arm
+from clie_blocks.analysis.blind.laws.run import Reference
 from clie_blocks.analysis.records import Record, read_robot
 from clie_blocks.analysis.records.checks.scale import check_scale, inertia_ratios
 from clie_blocks.rigid_body.dynamics import inverse_dynamics
@@ -51,6 +53,27 @@ def test_a_joint_that_others_push_is_not_said_to_have_another_inertia(stated):
     record = logged(robot, rotors, [0.01, *[0.4] * 5])
     assert check_scale(record, robot) == []
     assert np.isnan(inertia_ratios(record, robot)).all()
+
+
+def test_the_weight_of_a_link_that_another_joint_turns_is_no_inertia(tmp_path):
+    """Slow motion of a planar arm shows the weight of its second link most."""
+    arm = Arm(np.array([0.9, 0.6]), np.array([0.3, 0.25]), np.array([0.1, 0.015]),
+              np.array([0.3, 0.05]), np.ones(2), has_gravity=True)
+    file = tmp_path / "robot.toml"
+    file.write_text("joints = 2\n[motor]\ngear_ratio = [1, 1]\ninertia_kgm2 = [0.1, 0.015]\n"
+                    "viscous_friction_nms = [0.3, 0.05]\n[links]\nmass_kg = [0.9, 0.6]\n"
+                    "length_m = [0.3, 0.25]\ncom_m = [0.15, 0.125]\n"
+                    f"inertia_kgm2 = {arm.spin.tolist()}\n[nominal]\ngravity = true\n"
+                    "[controller]\nKp = [50, 5]\nKd = [5, 0.5]\n")
+    robot, motion = read_robot(file), Reference(np.random.default_rng(5), 2, 1.2)
+    q, dq, ddq = np.swapaxes([motion(t) for t in TIME], 0, 1)
+    terms = [arm.terms(*state) for state in zip(q, dq)]
+    u = np.array([mass @ a + bias for (mass, bias), a in zip(terms, ddq)])
+    q = q + 2e-5 * np.random.default_rng(0).standard_normal(q.shape)
+    record = Record(time=TIME, q=q, u=u, joints=["joint1", "joint2"], robot=robot,
+                    units={"u": ["N m"] * 2})
+    assert inertia_ratios(record, robot)[1] == pytest.approx(1.0, abs=0.2)
+    assert check_scale(record, robot) == []
 
 
 def test_commands_in_another_unit_show_another_inertia(stated):
