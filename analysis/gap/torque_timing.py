@@ -12,11 +12,13 @@ lag that this shows.  It is the log's fault where that explains next to all that
 
 import dataclasses
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.friction import COULOMB
+from clie_blocks.analysis.gap.causes.transmission import BACKLASH
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.explain import ExplainSteps, Explanation, explain
 from clie_blocks.analysis.gap.fitting.fit import Fit
@@ -38,22 +40,49 @@ _ROUNDS = 4  # of the finest step, while the lag still moves by more than it
 
 def time_torque(controller: ControllerCheck, problem: Problem, method: Method,
                 steps: ExplainSteps) -> ControllerCheck:
-    """Return the check with the lag of a measured torque, as the nominal model shows it."""
+    """Return the check with the lag of a measured torque, as simple models show it.
+
+    These are the nominal model and, where it does not show it, models with Coulomb friction and
+    with backlash, whose torque jumps as no smooth one does.
+    """
     if not _is_driven_by_measurement(controller, problem):
         return controller
     read = with_observer(controller.corrected(problem), method)
-    nominal = explain(read, (), method, steps, test_lack_of_fit=False)
-    lag = _lag_beside_free_torque(nominal, steps)
-    if lag == TorqueLag() and nominal.has_gap:
-        rubbing = explain(read, (COULOMB,), method, steps, test_lack_of_fit=False)
-        lag = _lag_beside_free_torque(rubbing, steps)
+    nominal = _explained(read, TorqueLag(), (), method, steps)
+    lag, most = _early_lag(read, nominal, (), method, steps), method.fitting.torque_lag_sought
+    if nominal.has_gap and not method.fitting.is_long(problem.n):
+        for causes in ((COULOMB,), (BACKLASH,)):
+            if lag != TorqueLag():
+                break
+            as_logged = _explained(read, TorqueLag(), causes, method, steps)
+            if _best(as_logged).excess < most * nominal.nominal.excess:
+                lag = _early_lag(read, as_logged, causes, method, steps)
     return _with_lag(controller, lag, problem)
 
 
-def _lag_beside_free_torque(explanation: Explanation, steps: ExplainSteps) -> TorqueLag:
-    residuals = explanation.residuals
-    return _lag(_best(explanation), residuals, steps.lack_of_fit,
-                residuals.method.fitting.torque_lag_left)
+def _explained(read: Problem, lag: TorqueLag, causes: Sequence[Cause], method: Method,
+               steps: ExplainSteps) -> Explanation:
+    return explain(without_torque_lag(read, lag), causes, method, steps, test_lack_of_fit=False)
+
+
+def _early_lag(read: Problem, as_logged: Explanation, causes: Sequence[Cause], method: Method,
+               steps: ExplainSteps) -> TorqueLag:
+    """Lag that leaves a small share of what an explanation does without, beside free torques.
+
+    An impact that comes and goes is a ridge in the misfit, so that a model of backlash is fitted
+    anew behind some low-passes first.
+    """
+    share = method.fitting.torque_lag_left
+    lag = _lag(_best(as_logged), as_logged.residuals, steps.lack_of_fit, share)
+    if lag != TorqueLag() or BACKLASH not in causes:
+        return lag
+    timed = {each: _explained(read, each, causes, method, steps) for each in
+             (TorqueLag(time_constant=seconds) for seconds in method.fitting.low_pass_starts)}
+    start = min(timed, key=lambda each: _best(timed[each]).excess)
+    lag = start + _lag(_best(timed[start]), timed[start].residuals, steps.lack_of_fit, 1.0)
+    left = [steps.lack_of_fit(_best(one), one.residuals)
+            for one in (_explained(read, lag, causes, method, steps), as_logged)]
+    return lag if left[0] < share * left[1] else TorqueLag()
 
 
 def time_torque_again(controller: ControllerCheck, problem: Problem, as_logged: Explanation,

@@ -97,8 +97,12 @@ def replay(record: Record, controller: Controller, variant: str | None = None) -
     known = variants(record, controller)
     if variant is not None and variant not in known:
         raise ClieError(f"no variant {variant!r} of this control law; {nearest(variant, known)}")
-    tried = {name: _replay(record, controller, name)
-             for name in (known if variant is None else (variant,))}
+    names = known if variant is None else (variant,)
+    tried = {name: one for name in names
+             if (one := _replay(record, controller, name)).used.any()}
+    if not tried:
+        raise NotIdentifiableError(f"{record.source or 'the record'} has no run of valid samples "
+                                   "long enough for the velocity filter to settle")
     return tried[variant or _best(tried, stated_variant(controller))]
 
 
@@ -188,10 +192,8 @@ def _replay(record: Record, controller: Controller, variant: str) -> Replay:
     used = settled_samples(record, controller, law.settling) & np.isfinite(residual).all(axis=1)
     if "torque_enable" in record.extra:
         used &= np.atleast_2d(record.extra["torque_enable"].T).all(axis=0)
-    if not used.any():
-        raise NotIdentifiableError(f"{record.source or 'the record'} has no run of valid samples "
-                                   "long enough for the velocity filter to settle")
-    rms = np.sqrt(np.mean(residual[used] ** 2, axis=0))
+    rms = (np.sqrt(np.mean(residual[used] ** 2, axis=0)) if used.any()
+           else np.full(record.n, np.nan))
     return Replay(law, u - residual, residual, rms, used)
 
 

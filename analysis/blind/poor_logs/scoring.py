@@ -71,10 +71,17 @@ def _names_of_logger(label: dict[str, Any]) -> Iterator[str]:
 
 
 def _without(name: str, diagnosis: dict[str, Any]) -> dict[str, Any]:
-    """An answer without an effect that is there, but is not what is asked for."""
-    return {**diagnosis, "effects": [row for row in diagnosis.get("effects", ())
-                                     if row["effect"] != name],
-            "set_90": [one for one in diagnosis.get("set_90", ()) if one != name]}
+    """An answer without an effect that is there, but is not what is asked for.
+
+    What named nothing else finds the robot sound.
+    """
+    if "error" in diagnosis:
+        return diagnosis
+    log = diagnosis.get("log", {})
+    kept = [one for one in log.get("corrections", ()) if one.get("effect") != name]
+    left = [one for one in diagnosis.get("set_90", ()) if one != name]
+    return {**diagnosis, "log": {**log, "corrections": kept}, "set_90": left or ["none"],
+            "effects": [row for row in diagnosis.get("effects", ()) if row["effect"] != name]}
 
 
 def is_missed(board: dict[str, Any]) -> bool:

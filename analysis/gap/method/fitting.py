@@ -39,6 +39,8 @@ class FittingMethod:
         "that it may leave with a lag of the measured torque, to search again with it")
     torque_lag_rounds: int = threshold(
         2, "searches", "at most, with a lag of the measured torque")
+    low_pass_starts: tuple[float, ...] = threshold(
+        (4e-3, 7e-3), "s", "low-passes of a measured torque behind which backlash is sought")
     low_pass_left: float = threshold(
         0.9, "share of what a late torque leaves",
         "that one behind a low-pass may leave: it has one number more")
