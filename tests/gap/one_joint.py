@@ -33,6 +33,7 @@ class Physics:
     step: float = 0.0
     onset: float = 5.0
     cubic: float = 0.0
+    limit: float = math.inf
 
     def torque(self, t, q):
         """What opposes, but for friction."""
@@ -70,7 +71,7 @@ def _log(j, physics, move, noise):
         u = KP * (set_point - measured) - KD * (measured - previous) / PERIOD + excitation
         rows.append((measured, u))
         previous = measured
-        q, dq = move(q, dq, t, u, physics)
+        q, dq = move(q, dq, t, min(max(u, -physics.limit), physics.limit), physics)
     return np.array(rows), q_d, pe
 
 

@@ -82,6 +82,17 @@ def test_a_break_in_the_log_starts_the_filter_again_and_does_not_count():
     assert found.lsb == pytest.approx(1 / np.sqrt(12), rel=0.1)
 
 
+def test_a_variant_for_which_every_run_is_too_short_is_not_tried():
+    """A filter of two corners needs longer runs than a difference of positions."""
+    whole = logged()
+    valid = np.ones(len(whole), bool)
+    valid[::8] = False
+    short = whole.replace(valid=valid)
+    assert replay(short, PD).used.any()
+    with pytest.raises(NotIdentifiableError, match="long enough for the velocity filter"):
+        replay(short, PD, "tustin")
+
+
 def test_a_forward_filter_that_is_unstable_at_this_rate_is_not_offered():
     record = logged()
     slow = record.replace(time=record.time * 10)

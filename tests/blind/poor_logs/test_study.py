@@ -143,6 +143,22 @@ def test_a_channel_that_the_logger_delays_is_no_false_name():
         assert (board["wrong"]["hits"], board["covered"]["hits"]) == (wrong, 1)
 
 
+def test_a_delayed_channel_that_was_corrected_is_no_false_name_either():
+    filtered = {**LABEL, "content": "torque_alone", "condition": "filtered"}
+    corrected = {"corrections": [{"effect": "channel_skew", "joint": [1]}]}
+    answer = {**said(("coulomb", 0.8), covers=["coulomb"]), "log": corrected}
+    for label, wrong in ((filtered, 0), ({**filtered, "condition": "short"}, 1)):
+        board = score({"trial-0": answer}, {"trial-0": label}, str)
+        assert (board["wrong"]["hits"], board["right_first"]["hits"]) == (wrong, 1 - wrong)
+
+
+def test_what_names_the_logger_alone_finds_the_robot_sound():
+    rounded = {**SOUND, "content": "servo", "condition": "coarse"}
+    answer = said(("encoder_quantization", 0.98), ("none", 0.02), covers=["encoder_quantization"])
+    board = score({"trial-0": answer}, {"trial-0": rounded}, str)
+    assert board["covered"]["hits"] == board["right_first"]["hits"] == 1
+
+
 def test_an_effect_that_its_logs_do_not_hold_is_drawn_anew():
     trial = next(one for one in (made.draw_trial(SEED, index) for index in range(0, 99, 11))
                  if one.effect.name)

@@ -14,6 +14,7 @@ from clie_blocks.analysis.gap.assessment.test_motions import (
     motion_limits,
     scale_inside,
     sum_of_sines,
+    trusted_limits,
 )
 from clie_blocks.analysis.gap.calibration.robots import draw_cases
 from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
@@ -194,6 +195,17 @@ def test_stated_limits_take_the_place_of_what_the_logs_reached(undecided):
                            ranking_of(fits)) is None
     with pytest.raises(RecordError, match="is not below the highest"):
         Limits(lower=[1.0], upper=[0.5])
+
+
+def test_a_run_asks_for_no_torque_far_beyond_those_of_the_logs(undecided):
+    """What a drive loses there, no log shows."""
+    made, residuals, *_ = undecided
+    method, reached = METHOD.assessment, motion_limits(residuals.problem).torque
+    growth, least = method.experiment_torque_growth, method.experiment_least_torque
+    for most in (2.0 * growth, 2.0 * growth / least):
+        strong = dataclasses.replace(made.robot, limits=Limits(command=(most * reached).tolist()))
+        known = trusted_limits(Problem.from_logs(strong, made.records), method).torque
+        np.testing.assert_allclose(known, max(growth, least * most) * reached)
 
 
 def test_a_run_begins_where_the_robot_rests(undecided):
