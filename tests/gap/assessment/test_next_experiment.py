@@ -199,8 +199,8 @@ def test_stated_limits_take_the_place_of_what_the_logs_reached(undecided):
 
 def test_a_run_asks_for_no_torque_far_beyond_those_of_the_logs(undecided):
     """What a drive loses there, no log shows."""
-    made, residuals, *_ = undecided
-    method, reached = METHOD.assessment, motion_limits(residuals.problem).torque
+    made, method = undecided[0], METHOD.assessment
+    reached = motion_limits(Problem.from_logs(made.robot, made.records)).torque
     growth, least = method.experiment_torque_growth, method.experiment_least_torque
     for most in (2.0 * growth, 2.0 * growth / least):
         strong = dataclasses.replace(made.robot, limits=Limits(command=(most * reached).tolist()))
