@@ -12,7 +12,7 @@ from clie_blocks.analysis.gap.controller.competition import Competition, compete
 from clie_blocks.analysis.gap.controller.library import AT_LIMIT
 from clie_blocks.analysis.gap.controller.refit import without_recorded_excitation
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck, replay_controller
-from clie_blocks.analysis.gap.problem.law import StatedLaw
+from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -72,15 +72,15 @@ def _why_followed(problem: Problem, joints: Sequence[int]) -> str:
     return f"the command of {names} meets a limit, so that models follow the recorded command"
 
 
-def _without_limit(law: StatedLaw) -> StatedLaw:
+def _without_limit(law: Law) -> Law:
     """PD law nearest to a law that is limited, which holds a model near the robot; else itself."""
     limits = (law.saturation, _largest_rate(law))
-    if not np.any(np.isfinite(limits)):
+    if not isinstance(law, StatedLaw) or not np.any(np.isfinite(limits)):
         return law
     return dataclasses.replace(law.pd, saturation=np.full_like(law.saturation, np.inf))
 
 
-def _joints_at_limit(law: StatedLaw, problem: Problem) -> tuple[int, ...]:
+def _joints_at_limit(law: Law, problem: Problem) -> tuple[int, ...]:
     """Joints whose command meets a limit of a law, or of its rate, for long in any log.
 
     There the loop is open, and what the noise of an encoder does to the command depends on the
@@ -93,12 +93,12 @@ def _joints_at_limit(law: StatedLaw, problem: Problem) -> tuple[int, ...]:
         for log in problem.logs], axis=0)).tolist())
 
 
-def _share_at(limit: np.ndarray, u: np.ndarray, law: StatedLaw) -> np.ndarray:
+def _share_at(limit: np.ndarray, u: np.ndarray, law: Law) -> np.ndarray:
     """Share of the commands, or of their changes, (N, n) that are at a limit (n,); 0 without."""
     return np.mean(np.abs(u) >= AT_LIMIT * limit - law.resolution, axis=0)
 
 
-def _largest_rate(law: StatedLaw) -> np.ndarray:
+def _largest_rate(law: Law) -> np.ndarray:
     """Fastest change of the commands of a law, shape (n,) [N m/s]; infinite without a limit."""
     if not isinstance(law, BlockLaw):
         return np.full_like(law.kp, np.inf)
