@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from clie_blocks.analysis.blind.poor_logs.kinds import CONDITIONS, CONTENTS
-from clie_blocks.analysis.blind.poor_logs.scoring import figures
+from clie_blocks.analysis.blind.poor_logs.scoring import COVERED, WRONG, figures
 from clie_blocks.analysis.blind.protocol.seeds import are_fresh, were_opened
 from clie_blocks.output import to_json
 
@@ -23,6 +23,7 @@ def test_the_published_figures_follow_from_the_rows():
             assert json.loads(to_json(figures(rows))) == shown
     seeds = [int(BOARD["command"].split("--seed ")[1])]
     assert are_fresh(seeds) or were_opened(seeds)  # looked at, but after the study
+    assert BOARD["wrong"]["rate"] <= WRONG and BOARD["covered"]["rate"] >= COVERED
 
 
 def test_the_page_states_every_figure():
