@@ -6,7 +6,6 @@ import numpy as np
 
 from clie_blocks.analysis.records.checks.excitation import shown_inertias
 from clie_blocks.analysis.records.checks.finding import Finding
-from clie_blocks.analysis.records.checks.law import can_replay, check_law
 from clie_blocks.analysis.records.checks.stability import nominal_joints
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.robot import Robot
@@ -24,8 +23,7 @@ def check_scale(record: Record, robot: Robot | None, others: Sequence[Record] = 
 
     What no known unit explains is none of units where another log of the robot shows the stated
     inertia: a slow motion shows friction that comes and goes as inertia, too, and a soft gear
-    that is driven where it swings takes hardly any torque.  Where the stated law gives the
-    commands, it is no more than a warning.
+    that is driven where it swings takes hardly any torque.
     """
     ratio = inertia_ratios(record, robot)
     known = ratio[np.isfinite(ratio)]
@@ -35,14 +33,11 @@ def check_scale(record: Record, robot: Robot | None, others: Sequence[Record] = 
         return []  # links that the file does not have
     k = int(np.flatnonzero(np.isfinite(ratio))[0])
     hints = _hints(robot, k, float(ratio[k]))
-    severity = "error"
-    if not hints and 1 / FARTHEST < ratio[k] < FARTHEST:
-        if any(_agrees(inertia_ratios(other, robot)) for other in others):
-            return []
-        if can_replay(record, robot) and not check_law(record, robot):
-            severity = "warning"
+    if not hints and 1 / FARTHEST < ratio[k] < FARTHEST and any(
+            _agrees(inertia_ratios(other, robot)) for other in others):
+        return []
     return [Finding(
-        severity, "units.inertia", f"By its command it has {ratio[k]:.3g} times the stated "
+        "error", "units.inertia", f"By its command it has {ratio[k]:.3g} times the stated "
         f"inertia{', as if ' + ' or '.join(hints) if hints else ''}.",
         "Command, position or inertia are in another unit, or on another side of the gear.",
         "State the units in the header, as u1[mNm] or q1[deg], or in [units]; bring torques to "
