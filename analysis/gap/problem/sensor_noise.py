@@ -13,8 +13,8 @@ TOO_FAST = 0.5  # of the noise of a position: what the reference explains of it 
 _NOISE_CORNER = 60.0  # Hz, or this share of the sample rate: above it there is no motion,
 _NOISE_CORNER_SHARE = 0.24
 _MAD = 0.6745  # median of the absolute value of a standard normal variable
-_OFF_LINE = np.array([1.0, -2.0, 1.0])
-_OFF_CUBIC = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
+_OFF_LINE = np.array([1.0, -2.0, 1.0])  # weights of what a line, or a cubic, through its
+_OFF_CUBIC = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0  # neighbours misses of a sample
 _START_UP = 300  # and so many samples at both ends belong to the filter that looks there
 
 
