@@ -51,6 +51,13 @@ class SearchMethod:
     competing_score: float = threshold(
         0.5, "of the best",
         "gain that a single cause must promise, to be fitted beside one that leaves only noise")
+    searched_share: float = threshold(
+        0.02, "share of what all joints leave",
+        "that a joint must leave for ripples and faults of its drive to be sought there")
+    settled_share: float = threshold(
+        0.01, "share of what a joint leaves",
+        "that the best gridded cause may leave there for faults of its drive not to be sought: "
+        "they could not explain more")
     refined_share: float = threshold(
         0.1, "of what is left", "that a fault of a drive must explain at a joint to be refined")
     single_finalists: int = threshold(6, "fits", "of single causes that are continued to the end")

@@ -35,14 +35,14 @@ _BEATS_AROUND = 0.25 * np.arange(-6, 7), 0.08 * np.arange(-2, 3), 0.02 * np.aran
 Values = dict[str, float | np.ndarray]
 
 
-def no_beat(joint: DriveErrors) -> Use:
+def no_beat(logs: int) -> Use:
     """Return a clock that does not beat."""
-    return Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(len(joint.u))})
+    return Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(logs)})
 
 
 def best_beat(joint: DriveErrors) -> Use:
     """Return the spread, the beat and the phases that explain most."""
-    best, likely = no_beat(joint), []
+    best, likely = no_beat(len(joint.u)), []
     for spread in sorted({min(spread * joint.period, LONGEST_DELAY) for spread in _SPREADS}):
         ages = [_ages(u, torque, spread / joint.period)
                 for u, torque in zip(joint.u, joint.torque)]

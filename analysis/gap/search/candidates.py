@@ -2,7 +2,7 @@
 
 import dataclasses
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -60,21 +60,45 @@ def singles(screen: Screen, residuals: ResidualModel, fit: Fit, causes: Sequence
     by_cause: dict[str, list[Column]] = {}
     for column in screen.columns:
         by_cause.setdefault(column.cause.key, []).append(column)
-    candidates = [_robot_wide(columns, screen) if columns[0].cause.shared
-                  else _joint_by_joint(columns, screen, method) for columns in by_cause.values()]
+    of_robot = [_robot_wide(columns, screen) for columns in by_cause.values()
+                if columns[0].cause.shared]
+    uses = [_best_uses(columns, screen) for columns in by_cause.values()
+            if not columns[0].cause.shared]
+    candidates = [*of_robot, *(_joint_by_joint(of_cause, method) for of_cause in uses)]
+    much = _joints_that_leave_much(screen, method)
+    open_joints = [k for k in much if not _is_settled(screen.target[k], k, uses, method)]
     candidates += [_from_search(member, drop, price, residuals.problem.fit_runs, method)
-                   for member, drop in _searched(residuals, fit, causes)]
+                   for member, drop in _searched(residuals, fit, causes, much, open_joints)]
     return sorted(candidates, key=lambda candidate: -candidate.score)
 
 
+def _joints_that_leave_much(screen: Screen, method: Method) -> list[int]:
+    """Joints that leave a fair share of what all of them leave."""
+    left = [float(target @ target) for target in screen.target]
+    return [k for k, own in enumerate(left) if own >= method.search.searched_share * sum(left)]
+
+
+def _is_settled(target: np.ndarray, k: int, uses: Sequence[Mapping[int, Use]], method: Method,
+                ) -> bool:
+    """Whether one of the gridded causes explains all but a little of what joint k leaves."""
+    explained = max((of_cause[k].score for of_cause in uses), default=0.0)
+    return explained > (1.0 - method.search.settled_share) * float(target @ target)
+
+
 def _searched(residuals: ResidualModel, fit: Fit, causes: Sequence[Cause],
+              of_ripples: Collection[int], of_drives: Collection[int],
               ) -> Iterator[tuple[Member, np.ndarray]]:
-    """Causes that are searched for rather than gridded, and the drop of chi^2 per joint."""
+    """Causes that are searched for rather than gridded, and the drop of chi^2 per joint.
+
+    Ripples, and faults of the drive, are sought at some joints only: that takes longest.
+    """
     fit, residuals, views = law_view(fit, residuals)
     errors = whitened_errors(residuals, fit)
-    for search in (periodic_candidates, fault_candidates, ripple_candidates,
-                   drive_fault_candidates):
-        for member, drop in search(residuals, fit, errors, causes):
+    for found in (periodic_candidates(residuals, fit, errors, causes),
+                  fault_candidates(residuals, fit, errors, causes),
+                  ripple_candidates(residuals, fit, errors, causes, of_ripples),
+                  drive_fault_candidates(residuals, fit, errors, causes, of_drives)):
+        for member, drop in found:
             yield member, views * drop
 
 
@@ -93,7 +117,8 @@ def of_each_joint(screen: Screen, residuals: ResidualModel, fit: Fit, causes: Se
         uses = [_best_probe(columns, target, screen.parameter_price)
                 for columns in by_cause.values()]
         found.append([Candidate((_member((k,), {k: use}),), use.score) for use in uses])
-    for member, drop in _searched(residuals, fit, causes):
+    much = _joints_that_leave_much(screen, residuals.method)
+    for member, drop in _searched(residuals, fit, causes, range(len(screen.target)), much):
         if not member.cause.shared:
             spent = spent_parameters(member, residuals.problem.fit_runs)
             paid = drop - spent * screen.parameter_price
@@ -121,10 +146,14 @@ def _robot_wide(columns: Sequence[Column], screen: Screen) -> Candidate:
     return Candidate((_member(joints, {k: best for k in joints}),), best.score)
 
 
-def _joint_by_joint(columns: Sequence[Column], screen: Screen, method: Method) -> Candidate:
-    """Each joint with the probe that explains most of it, at the joints where that is much."""
-    best = {k: _best_probe([column for column in columns if column.joint == k], target,
+def _best_uses(columns: Sequence[Column], screen: Screen) -> dict[int, Use]:
+    """Each joint with the probe that explains most of it."""
+    return {k: _best_probe([column for column in columns if column.joint == k], target,
                            screen.parameter_price) for k, target in enumerate(screen.target)}
+
+
+def _joint_by_joint(best: Mapping[int, Use], method: Method) -> Candidate:
+    """A cause at the joints where it explains much."""
     joints = joints_worth_keeping(np.array([use.score for use in best.values()]), method)
     member = _member(joints, {k: best[k] for k in joints})
     return Candidate((member,), float(sum(best[k].score for k in joints)))

@@ -1,6 +1,6 @@
 """Errors of a joint beside its commands, in which faults of its drive are looked for."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -76,18 +76,17 @@ class DriveErrors(NamedTuple):
 
 
 def drive_errors(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                 ) -> list[DriveErrors]:
-    """Return the errors of a fit at each joint, beside its commands."""
-    problem, (fitted, targets) = residuals.problem, joint_columns(fit, residuals)
-    joints = []
-    for k in range(problem.n):
+                 joints: Iterable[int]) -> dict[int, DriveErrors]:
+    """Return the errors of a fit at some joints, beside their commands."""
+    problem, (fitted, targets), by_joint = residuals.problem, joint_columns(fit, residuals), {}
+    for k in joints:
         basis, of_joint = np.linalg.qr(fitted[k])[0], [of_log[k] for of_log in errors]
         back = [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
         torque = [needed_torque(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
-        joints.append(DriveErrors(
+        by_joint[k] = DriveErrors(
             residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs], back, torque,
-            basis, unexplained(targets[k], basis)))
-    return joints
+            basis, unexplained(targets[k], basis))
+    return by_joint
 
 
 def power_of(signals: Sequence[np.ndarray], period: float, highest: float,

@@ -5,7 +5,7 @@ product with the error, sent back through the filters of the loop, is what it wo
 transform tries every beat, one sum every stretch that a command may have been held.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -22,22 +22,22 @@ from clie_blocks.analysis.gap.search.torque_steps import best_step, no_step
 
 _SEARCHES = ((TICK_JITTER, best_beat, no_beat), (PACKET_HOLD, best_hold, no_hold),
              (TORQUE_QUANTIZATION, best_step, no_step))
-_LEAST_LEFT = 0.02  # of what all joints leave: a joint with less is not searched
 
 
 def drive_fault_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                           causes: Sequence[Cause]) -> Found:
-    """Return clocks that beat, held commands and torques in steps, and what they would explain."""
-    searches = [search for search in _SEARCHES if search[0] in causes]
-    joints = drive_errors(residuals, fit, errors) if searches else []
-    left = [float(joint.target @ joint.target) for joint in joints]
-    found = Found()
+                           causes: Sequence[Cause], joints: Collection[int]) -> Found:
+    """Return clocks that beat, held commands and torques in steps, and what they would explain.
+
+    They are sought at some joints; none are returned where there are no such joints.
+    """
+    searches = [search for search in _SEARCHES if search[0] in causes] if joints else []
+    by_joint = drive_errors(residuals, fit, errors, joints) if searches else {}
+    n, logs, found = residuals.problem.n, len(residuals.problem.logs), Found()
     for cause, best, idle in searches:
-        uses = [best(joint) if own >= _LEAST_LEFT * sum(left) else idle(joint)
-                for joint, own in zip(joints, left)]
+        uses = [best(by_joint[k]) if k in by_joint else idle(logs) for k in range(n)]
         values = {name: np.stack([np.asarray(use.values[name], float) for use in uses], axis=-1)
                   for name in uses[0].values}
-        found.append((Member(cause, tuple(range(len(joints))), values, _sizes(values)),
+        found.append((Member(cause, tuple(range(n)), values, _sizes(values)),
                       np.array([use.drop for use in uses])))
     return found
 

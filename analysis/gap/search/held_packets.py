@@ -21,9 +21,9 @@ _HARMONICS = 8
 _FLAT = 1e-6  # of the most energy that holding a command adds: less is rounding
 
 
-def no_hold(joint: DriveErrors) -> Use:
+def no_hold(logs: int) -> Use:
     """Return holds of no length."""
-    return Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
+    return Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(logs)})
 
 
 def best_hold(joint: DriveErrors) -> Use:
@@ -41,7 +41,7 @@ def _best_hold(joint: DriveErrors, signals: Sequence[np.ndarray]) -> Use:
     A line of the spectrum may be a harmonic, so that the holds come less often, or be made of
     every second or third harmonic, so that they come more often.
     """
-    none, found = no_hold(joint), []
+    none, found = no_hold(len(joint.u)), []
     for length in _HOLDS:
         by_log = _stretches(joint, signals, length)
         of_lines = [(_hold(joint, by_log, length, interval), interval)

@@ -7,7 +7,7 @@ filters of the loop.  Gathered by pose, that product is a spectrum in N: one tra
 order.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +41,9 @@ class _Ripple(NamedTuple):
     cosine: float
 
 
+_NO_RIPPLE = _Ripple(0.0, 1.0, 0.0, 0.0)
+
+
 class _Kind(NamedTuple):
     """A kind of ripple.
 
@@ -56,8 +59,8 @@ class _Kind(NamedTuple):
 
 
 def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                      causes: Sequence[Cause]) -> Found:
-    """Return the strongest order of each joint for each kind of ripple, and what it explains."""
+                      causes: Sequence[Cause], joints: Collection[int]) -> Found:
+    """Return the strongest order for each kind of ripple, and what it explains, at some joints."""
     problem, found = residuals.problem, Found()
     logs = problem.fit
     forward = [np.sign(np.gradient(log.q - fit.hypothesis.error(j), axis=0))
@@ -72,7 +75,8 @@ def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
               others=lambda size: {"level": size}))
     travel = np.ptp(np.concatenate([log.q for log in problem.fit]), axis=0)
     sought = [kind for kind in kinds if kind.cause in causes]
-    by_joint = [_ripples_of_joint(residuals, fit, errors, k, sought) for k in range(problem.n)]
+    by_joint = [_ripples_of_joint(residuals, fit, errors, k, sought) if k in joints
+                else [_NO_RIPPLE] * len(sought) for k in range(problem.n)]
     for kind, ripples in zip(sought, zip(*by_joint)):
         drop, order, sine, cosine = (np.array(column) for column in zip(*ripples))
         size = np.hypot(sine, cosine) + 1e-12

@@ -15,7 +15,7 @@ _COARSE_SHIFT = 0.3  # the same of commands of RMS size
 _WIDEST = 0.05  # of a step, from one coarse step tried to the next
 
 
-def no_step(joint: DriveErrors) -> Use:
+def no_step(logs: int) -> Use:
     """Return a resolution that rounds nothing."""
     return Use(0.0, {"resolution": 0.0})
 
@@ -24,7 +24,7 @@ def best_step(joint: DriveErrors) -> Use:
     """Return the resolution at which the rounding of the commands explains most of the error."""
     largest = max(np.abs(u).max() for u in joint.u)
     if not largest:
-        return no_step(joint)
+        return no_step(len(joint.u))
     best = max((_step(joint, step) for step in (*_coarse_steps(joint, largest),
                                                 *_likely_fine_steps(joint, largest))), key=drop_of)
     if best.drop <= joint.least:

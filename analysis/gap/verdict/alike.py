@@ -19,6 +19,7 @@ from clie_blocks.analysis.gap.causes.drive import (
     TORQUE_RIPPLE,
 )
 from clie_blocks.analysis.gap.causes.friction import DAHL, PRESLIDING
+from clie_blocks.analysis.gap.fitting.cache import FitCache
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
@@ -31,6 +32,7 @@ from clie_blocks.analysis.gap.verdict.posterior import NONE, SET_PROBABILITY, Ra
 _TWINS = ({ACTUATOR_LAG, TIME_DELAY}, {DAHL, PRESLIDING}, {TORQUE_RIPPLE, GEAR_MESH_RIPPLE},
           {COMMUTATION_RIPPLE, GEAR_MESH_RIPPLE})
 _TWIN_STEPS = 4  # of a fit that starts next to where it ends
+_ERRORS: FitCache[Fit, list[np.ndarray]] = FitCache()
 
 
 def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
@@ -154,12 +156,18 @@ def _effects(fit: Fit) -> frozenset[str]:
 
 def motion_distance(one: Fit, other: Fit, residuals: ResidualModel) -> float:
     """Mean squared whitened difference of two models' motions, in the units of an excess."""
-    squares = 0.0
-    for j in range(len(residuals.problem.logs)):
-        parts = zip(*(residuals.whitened(fit.hypothesis.error(j, dithered=False), j)
-                      for fit in (one, other)))
-        squares += sum(float(np.sum((a - b) ** 2)) for a, b in parts)
+    parts = zip(_whitened_errors(one, residuals), _whitened_errors(other, residuals))
+    squares = sum(float(np.sum((a - b) ** 2)) for a, b in parts)
     return squares * residuals.problem.n / float(one.samples.sum())
+
+
+def _whitened_errors(fit: Fit, residuals: ResidualModel) -> list[np.ndarray]:
+    """Whitened errors of a fit, joint by joint in each log; a leader meets many rivals."""
+    known = _ERRORS.of(residuals)
+    if fit not in known:
+        known[fit] = [of_joint for j in range(len(residuals.problem.logs)) for of_joint in
+                      residuals.whitened(fit.hypothesis.error(j, dithered=False), j)]
+    return known[fit]
 
 
 def likely_rivals(ranking: Sequence[RankedCause]) -> Iterator[RankedCause]:

@@ -27,12 +27,12 @@ def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch
     made, = robots.draw_cases(1, 2, ["torque_ripple"], ["single"], duration=8.0)
     residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
     errors = whitened_errors(residuals, nominal)
-    (member, drop), = ripple_candidates(residuals, nominal, errors, (TORQUE_RIPPLE,))
+    (member, drop), = ripple_candidates(residuals, nominal, errors, (TORQUE_RIPPLE,), (0, 1))
     k = made.causes["torque_ripple"] - 1
     travel = np.ptp(np.concatenate([log.q[:, k] for log in residuals.problem.fit]))
     assert drop[k] > 0.5 * (nominal.chi2[:2, k].sum() - nominal.samples[:2, k].sum())
     assert member.values["order"][k] == pytest.approx(order, abs=3.0 / travel)  # half a line
-    assert ripple_candidates(residuals, nominal, errors, ()) == []
+    assert ripple_candidates(residuals, nominal, errors, (), (0, 1)) == []
 
 
 def test_the_torque_that_an_error_needs_is_the_one_that_made_it(case):
