@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes import drive, friction, load, sensor, transmission
+from clie_blocks.analysis.gap.causes import drive, friction, load, sensor, timed, transmission
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.description import is_of_coupling
 from clie_blocks.analysis.gap.fitting.fit import Fit
@@ -31,7 +31,7 @@ from clie_blocks.analysis.gap.search.candidates import (
     fitted_members,
     with_member,
 )
-from clie_blocks.analysis.gap.search.elastic_gears import ELASTIC, other_gears
+from clie_blocks.analysis.gap.search.elastic_gears import ELASTIC, other_gears, ringing_gear
 
 Keys = frozenset[str]
 
@@ -73,7 +73,8 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
     by_keys = {cause_keys(candidate.members): candidate
                for candidate in (*_all_alternatives(leader, causes, much_left, residuals),
                                  *_alike_alone(leader, fits, much_left, residuals),
-                                 *_elastic_for_loose(leader, fits, causes, residuals))}
+                                 *_elastic_for_loose(leader, fits, causes, residuals),
+                                 *_ringing_for_periodic(leader, causes, much_left, residuals))}
     return [candidate for keys, candidate in by_keys.items() if keys not in known
             and (keys not in reached or (
                 reached[keys] > leader.cost + least
@@ -198,6 +199,20 @@ def _elastic_for_loose(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause]
             before, after = members[:k], members[k + 1:]
             for other in other_gears(gear, (*before, *after), elastic, residuals):
                 yield Candidate((*before, other, *after), 0.0, elastic)
+
+
+def _ringing_for_periodic(leader: Fit, causes: Sequence[Cause], much_left: bool,
+                          residuals: ResidualModel) -> Iterator[Candidate]:
+    """Candidates with an elastic gear that rings in the place of a periodic disturbance."""
+    members = fitted_members(leader.hypothesis)
+    if not much_left or transmission.JOINT_ELASTICITY not in causes or any(
+            member.cause.moves_apart for member in members):
+        return
+    for k, member in enumerate(members):
+        if member.cause is timed.PERIODIC_DISTURBANCE:
+            beside = (*members[:k], *members[k + 1:])
+            gear = ringing_gear(member.joints, beside, leader, residuals)
+            yield Candidate((*beside, gear), 0.0, leader)
 
 
 def _with_even_friction(leader: Fit, member: Member) -> Fit:

@@ -36,6 +36,10 @@ _STIFFENINGS = (*itertools.product((0.5, 1.5, 4.0), (0.15, 0.35, 0.7, 1.2)),
 _LEVELS, _REACHES = (0.1, 0.3, 0.7), (0.06, 0.15, 0.4, 1.0, 2.5)  # over RMS torque, its twist
 _LESS_DAMPED = 0.1  # times the damping of the elastic gear, where what slips takes the energy
 _FIRST_STEPS = 4  # of a fit, after which the better of two starts shows
+_RINGING = np.geomspace(2.0, 60.0, 60), (0.01, 0.03, 0.1, 0.3)
+"""Frequencies [Hz] and damping ratios of a gear that may ring."""
+_SHARES_OF_LINKS, _SHARES_OF_JOINT = (0.7, 1.0), (0.2, 0.6)  # that it carries
+_RINGING_STARTS = 6
 
 
 def other_gears(member: Member, others: Sequence[Member], leader: Fit, residuals: ResidualModel,
@@ -53,6 +57,26 @@ def other_gears(member: Member, others: Sequence[Member], leader: Fit, residuals
     return [*gears[:-1], _after_first_steps(slipping, others, leader, residuals)]
 
 
+def ringing_gear(joints: tuple[int, ...], others: Sequence[Member], leader: Fit,
+                 residuals: ResidualModel) -> Member:
+    """Return the elastic gear, at some joints beside other members, that leaves least.
+
+    A gear that rings in its loop explains next to nothing unless frequency and damping are nearly
+    right, so a fine grid is simulated, and its best places are fitted for a few steps.
+    """
+    problem = residuals.problem
+    shares = _SHARES_OF_LINKS if problem.links.known else _SHARES_OF_JOINT
+    grid = [{name: np.full(problem.n, value) for name, value in (
+                ("frequency", frequency), ("damping_ratio", damping), ("link_share", share),
+                ("bearing_share", 0.5), ("loose", 1.0))}
+            for frequency, damping, share in itertools.product(*_RINGING, shares)]
+    gears = [Member(JOINT_ELASTICITY, joints, values, _sizes(values)) for values in grid]
+    left = _left_by_joint(gears, others, leader, residuals)
+    ranked = np.argsort(left, axis=1)[:, :_RINGING_STARTS].T
+    starts = [_of_joints(gears, best) for best in ranked]
+    return _after_first_steps(starts, others, leader, residuals)
+
+
 def _after_first_steps(starts: Sequence[Member], others: Sequence[Member], leader: Fit,
                        residuals: ResidualModel) -> Member:
     """That of some members which leaves less after a few steps of its fit, as it is then."""
@@ -67,14 +91,24 @@ def _best_start(cause: Cause, member: Member, others: Sequence[Member], leader: 
     """Gear with the parameters, joint by joint, that leave least."""
     starts = [dataclasses.replace(member, cause=cause, values=values, sizes=_sizes(values))
               for values in _grid(cause, member, leader)]
-    variants = [build_hypothesis(residuals.problem, (*others, start), leader.hypothesis)
-                for start in starts]
-    left = sum(np.array(chi2_by_joint(variants, residuals, j))
-               for j in range(len(residuals.problem.fit)))
-    best = np.argmin(left, axis=1)
-    values = {name: np.stack([start.values[name] for start in starts])[best, range(len(best))]
-              for name in starts[0].values}
-    return dataclasses.replace(starts[0], values=values, sizes=_sizes(values))
+    left = _left_by_joint(starts, others, leader, residuals)
+    return _of_joints(starts, np.argmin(left, axis=1))
+
+
+def _left_by_joint(gears: Sequence[Member], others: Sequence[Member], leader: Fit,
+                   residuals: ResidualModel) -> np.ndarray:
+    """chi^2 of each joint with each of some gears, beside other members, shape (n, gears)."""
+    variants = [build_hypothesis(residuals.problem, (*others, gear), leader.hypothesis)
+                for gear in gears]
+    return np.sum([chi2_by_joint(variants, residuals, j)
+                   for j in range(len(residuals.problem.fit))], axis=0)
+
+
+def _of_joints(gears: Sequence[Member], which: Sequence[int]) -> Member:
+    """Gear with the parameters at each joint of one of some gears."""
+    values = {name: np.stack([gear.values[name] for gear in gears])[which, range(len(which))]
+              for name in gears[0].values}
+    return dataclasses.replace(gears[0], values=values, sizes=_sizes(values))
 
 
 def _sizes(values: Values) -> Values:

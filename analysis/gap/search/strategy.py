@@ -133,7 +133,7 @@ class _Search(Contest):
             return fits
         best = least(fits)
         along = self.sets_along_motion(best)
-        if along:
+        if along and least(along).excess < best.excess:
             fits = self.with_pruned([*fits, *along])
         else:
             fits = self.with_joint_by_joint(screen, self.nominal, fits)
