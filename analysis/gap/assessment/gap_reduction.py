@@ -41,7 +41,10 @@ class GapReduction:
     earned : float
         Probability that the corrected model predicts unseen data better: the share of the draws
         of the bootstrap that say so, 0 where it removes next to nothing; 1 where there is nothing
-        to remove, or no unseen data.
+        to remove, or no unseen data, or where only the corrected model leaves nothing but noise.
+    only_noise : bool
+        Whether the corrected model leaves held-out logs no more than noise makes in its loop, and
+        the nominal model leaves more.
     """
 
     before: float
@@ -52,6 +55,7 @@ class GapReduction:
     unseen: bool
     judged_on: str
     earned: float = 1.0
+    only_noise: bool = False
 
 
 def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: ResidualModel,
@@ -59,7 +63,9 @@ def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: Residua
     """Compare two models on data that they were not fitted to, if there are any.
 
     The residual model serves the refits of the cross-validation.  Between the counts of a coarse
-    encoder less may be left than the noise of these.
+    encoder less may be left than the noise of these.  Where noise decides how a joint moves, as
+    inside a dead zone, the gap of the right model may be the larger one: then the whitened errors
+    tell which of the two is right.
     """
     floor = float(np.sqrt(sum(residuals.floors**2)))
     judged_on, before, after = _validation(nominal, corrected, residuals)
@@ -68,9 +74,28 @@ def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: Residua
     method, period = residuals.method.assessment, nominal.problem.period
     percent, drawn = _percent_and_draws(before, after, floor, period, method)
     unseen = judged_on != FITTED
-    earned = _earned(percent, drawn, method) if unseen else 1.0
+    only_noise = judged_on == HELD_OUT and _leaves_only_noise(nominal, corrected, residuals)
+    earned = _earned(percent, drawn, method) if unseen and not only_noise else 1.0
     return GapReduction(rms(before), rms(after), floor, percent, _interval(drawn), unseen,
-                        judged_on, earned)
+                        judged_on, earned, only_noise)
+
+
+def _leaves_only_noise(nominal: Hypothesis, corrected: Hypothesis, residuals: ResidualModel,
+                       ) -> bool:
+    """Whether one of two models leaves held-out logs no more than noise, and the nominal more."""
+    healthy = residuals.method.calibration.healthy
+    return (_held_out_excess(corrected, residuals) <= healthy
+            < _held_out_excess(nominal, residuals))
+
+
+def _held_out_excess(model: Hypothesis, residuals: ResidualModel) -> float:
+    """Excess that a model leaves in held-out logs."""
+    left = samples = 0.0
+    for j in validation_logs(model.problem):
+        for k, part in enumerate(residuals.whitened(model.error(j), j)):
+            left += float(part @ part)
+            samples += residuals.samples(part, j, k)
+    return (left - samples) * model.problem.n / samples
 
 
 def bear_out_beyond_noise(nominal: Fit, corrected: Fit, method: Method) -> bool:

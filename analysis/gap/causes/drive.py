@@ -79,9 +79,12 @@ def times(scene: Scene, name: str) -> list[Probe]:
 
 ACTUATOR_LAG = cause_of(LIBRARY["actuator_lag"], ("lag",), lambda scene: times(scene, "lag"),
                         within={"lag": (0.0, 0.3)})
-LONGEST_DELAY = 0.055  # s
-TIME_DELAY = cause_of(LIBRARY["time_delay"], ("delay",), lambda scene: times(scene, "delay"),
-                      within={"delay": (0.0, LONGEST_DELAY)})
+LONGEST_DELAY = 0.12  # s
+_LONG_DELAY = 0.075  # s, that is tried as well
+TIME_DELAY = cause_of(
+    LIBRARY["time_delay"], ("delay",), lambda scene: [
+        *times(scene, "delay"), Probe({"delay": _LONG_DELAY + 0 * scene.torque})],
+    within={"delay": (0.0, LONGEST_DELAY)})
 
 
 def _no_probes(scene: Scene) -> list[Probe]:

@@ -83,3 +83,11 @@ def test_runs_are_counted_to_one_name():
     told = "\n".join(terminal_lines({**board, "command": "clie blind"}))
     assert "runs beyond a stated limit: 1 of 2" in told
     assert not is_missed({**figures([]), "left": 0})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index, name", [(70, "dead_zone"), (172, "time_delay")])
+def test_a_robot_that_its_run_left_without_a_name_is_named(index, name, tmp_path):
+    last = rounds.follow(tmp_path / "robot", 88069, index)[-1]
+    assert last["effects"][0]["effect"] == name
+    assert last["effects"][0]["probability"] > 0.9

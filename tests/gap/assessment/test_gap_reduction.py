@@ -69,6 +69,13 @@ def test_a_model_that_predicts_unseen_logs_better_earns_its_name():
     assert slight.percent > 0.0 and slight.earned == 0.0  # nine tenths are something else
 
 
+def test_a_model_that_alone_leaves_only_noise_earns_its_name():
+    assert judged(20.0, 0.9).only_noise and judged(20.0, 0.9).earned == 1.0
+    assert not judged(20.0, 4.0).only_noise
+    assert not judged(0.9, 0.8).only_noise  # so does the nominal model
+    assert not judged(20.0, 0.9, held_out=0).only_noise
+
+
 @pytest.mark.parametrize(("before", "after", "held_out", "earned"), [
     (4.0, 0.1, 1, True), (4.0, 3.9, 1, False), (0.1, -0.2, 1, False), (4.0, 0.1, 0, False)])
 def test_held_out_logs_bear_out_what_their_whitened_errors_show(before, after, held_out, earned):
