@@ -103,9 +103,9 @@ def how_far(answer: Answer) -> str:
         removed = f"{number(closed['value'])} %{span} of the reducible gap removed"
     data = VALIDATED_ON.get(closed["judged_on"], "on the fitted log itself")
     data += JUDGED_BY.get(closed.get("judged_by", CLOSED_LOOP), "")
+    is_moved_by_noise = closed.get("only_noise") and answer["gap_after"] > answer["gap_before"]
     wanders = (" What is left is noise: it moves this robot further than one that the loop holds "
-               "tightly." if closed.get("only_noise") and answer["gap_after"] > answer["gap_before"]
-               else "")
+               "tightly." if is_moved_by_noise else "")
     return (f"RMS prediction error: {before} before, {after} after, {floor} from sensor noise "
             f"alone; {removed}, {data}.{wanders}")
 
