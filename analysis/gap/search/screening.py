@@ -33,8 +33,7 @@ from clie_blocks.linear_filters import lfilter
 from clie_blocks.processors import side_by_side
 from clie_blocks.robot_loop.dynamics import State
 
-_MANY_TICKS = 8  # of the controller in a row, of which some are enough
-_OF_ROW = 2
+_MANY_TICKS = 8  # of the controller in a row, of which every other one is enough
 _TORQUE_PORTS = frozenset(("load", "friction", "drive"))
 
 
@@ -278,21 +277,20 @@ def _moved_by_torques(hypothesis: Hypothesis, state: State, rows: Rows, cause: C
     """Change of the rows (N, n) of the positions in a log, from torques through S.
 
     The loop moves little within a row of many ticks, so that the torque's mean over it decides,
-    and that is taken over some of them.  Both encoders see it.
+    and that is taken over half of them.  Both encoders see it.
     """
     law, values = hypothesis.problem.law, hypothesis.values
     filters = [law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
                for k in range(state.q.shape[1])]
-    if rows.ticks < _MANY_TICKS or rows.ticks % _OF_ROW:
+    if rows.ticks < _MANY_TICKS or rows.ticks % 2:
         torque = _torque(state, cause, p)
         return rows.of_samples(np.stack(
             [lfilter(*each, of_joint) for each, of_joint in zip(filters, torque.T)], axis=1))
-    step = rows.ticks // _OF_ROW
-    few = slice(step // 2, len(log) // rows.ticks * rows.ticks, step)
+    few = slice(None, len(log) // rows.ticks * rows.ticks, 2)
     torque = _torque(dataclasses.replace(
         state, q=state.q[few], dq=state.dq[few], u=state.u[few], t=np.asarray(state.t)[few]),
         cause, p)
-    means = block_means(torque, _OF_ROW)
+    means = block_means(torque, rows.ticks // 2)
     return np.stack([lfilter(*decimated_filter(*each, rows.ticks, rows.stride), mean)
                      for each, mean in zip(filters, means.T)], axis=1)
 
