@@ -102,7 +102,7 @@ class SearchMethod:
     following_time: float = threshold(
         0.5, "share of the time left", "that the search along the measured motion may take")
     following_left: float = threshold(
-        0.05, "share of the excess along the measured motion",
+        0.02, "share of the excess along the measured motion",
         "that a set found there may leave to be fitted in the stated loop")
     following_sets: int = threshold(
         3, "sets", "found along the measured motion that are fitted in the stated loop")

@@ -30,15 +30,3 @@ def test_a_robot_that_was_missed_is_named_with_its_numbers(seed, index, name, tm
         (joint,) = truth["joints"]
         assert setting.values[answered][joint - 1] == pytest.approx(
             truth["numbers"][true][joint - 1], rel=0.1)
-
-
-@pytest.mark.slow
-def test_holds_that_lead_a_free_model_astray_are_found_along_the_motion(tmp_path):
-    made = make_trial(WHOLE_CATALOGUE, 1301, 63)
-    (truth,) = made.label["effects"]
-    write_trial(made, tmp_path / "trial")
-    found = diagnose(read(tmp_path / "trial"))
-    assert found.ranking[0].names == ("packet_hold",)
-    (setting,) = found.effects()
-    assert setting.values["hold"] == pytest.approx(truth["numbers"]["hold"], rel=0.02)
-    assert setting.values["interval"] == pytest.approx(truth["numbers"]["hold_interval"], rel=1e-3)
