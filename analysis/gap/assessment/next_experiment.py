@@ -122,9 +122,9 @@ def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[Ra
     Elementary experiments and multisines, whose lines, phases and share of set-point and torque
     are searched, are simulated with each remaining model, none of which may leave the robot's
     limits, or ask for much more torque than the logs show; the whitened distance between two
-    predictions is the evidence that the run would bring,
-    and the verdict's own odds say how many causes it would leave.  Of the best of them only what
-    no refit of the other model would follow is evidence.
+    predictions is the evidence that the run would bring, and the verdict's own odds say how many
+    causes it would leave.  Of the best of them only what no refit of the other model would follow
+    is evidence.
     """
     method, problem = residuals.method.assessment, residuals.problem
     remaining = _remaining(ranking, nominal, method)

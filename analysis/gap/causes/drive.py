@@ -92,10 +92,10 @@ def _no_probes(scene: Scene) -> list[Probe]:
     return []
 
 
-OLDEST = 0.055  # s, of a command that a clock of the drive is late with
+OLDEST_COMMAND = 0.055  # s, on which a drive whose clock beats may act
 TICK_JITTER = cause_of(
     LIBRARY["tick_jitter"], ("spread", "beat", "phase"), _no_probes, per_log=("phase",),
-    phase=("beat", "phase"), within={"spread": (0.0, OLDEST), "beat": (0.02, 100.0)})
+    phase=("beat", "phase"), within={"spread": (0.0, OLDEST_COMMAND), "beat": (0.02, 100.0)})
 PACKET_HOLD = cause_of(
     LIBRARY["packet_hold"], ("hold", "interval", "phase"), _no_probes,
     fixed=("interval", "phase"), per_log=("phase",))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.drive import OLDEST
+from clie_blocks.analysis.gap.causes.drive import OLDEST_COMMAND
 from clie_blocks.analysis.gap.search.drive_errors import DriveErrors, Use, drop_of
 
 _SPREADS = 2, 8, 32, 100  # samples: largest age of a command
@@ -43,7 +43,7 @@ def no_beat(logs: int) -> Use:
 def best_beat(joint: DriveErrors) -> Use:
     """Return the spread, the beat and the phases that explain most."""
     best, likely = no_beat(len(joint.u)), []
-    for spread in sorted({min(spread * joint.period, OLDEST) for spread in _SPREADS}):
+    for spread in sorted({min(spread * joint.period, OLDEST_COMMAND) for spread in _SPREADS}):
         ages = [_ages(u, torque, spread / joint.period)
                 for u, torque in zip(joint.u, joint.torque)]
         likely += [(score, spread, beat, ages) for score, beat in _likely(joint, ages)]
@@ -166,7 +166,7 @@ def _with_best_beat(joint: DriveErrors, use: Use) -> Use:
 def _with_best_spread(joint: DriveErrors, use: Use) -> Use:
     """Spread that explains most, where what it adds grows with it."""
     _, scale = _drop_and_scale(joint, use.values)
-    spread = min(float(use.values["spread"] * np.clip(scale, *_SCALES)), OLDEST)
+    spread = min(float(use.values["spread"] * np.clip(scale, *_SCALES)), OLDEST_COMMAND)
     return max(use, _use(joint, {**use.values, "spread": spread}), key=drop_of)
 
 
