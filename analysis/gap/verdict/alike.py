@@ -62,16 +62,15 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
     leading, floor = ranking[0], residuals.method.calibration.floor
     if leading.fit is None or leading.names == (NONE,):
         return ()
-    alike: dict[str, list[str]] = {}
+    alike: dict[str, dict[str, None]] = {}  # each name once, in order
     for rival in likely_rivals(ranking):
         gone, new = ({*leading.names} - {*rival.names}, {*rival.names} - {*leading.names})
         if (rival.fit is not None and len(gone) == len(new) == 1
                 and motion_distance(leading.fit, rival.fit, residuals) <= floor):
             (name,) = gone
-            names = alike.setdefault(name, [name])
-            names.extend(new - {*names})
+            alike.setdefault(name, {name: None}).update(dict.fromkeys(new))
     for name, twin in _untried_twins(leading.fit, ranking, residuals, causes):
-        alike.setdefault(name, [name]).append(twin)
+        alike.setdefault(name, {name: None})[twin] = None
     return tuple(tuple(names) for names in alike.values())
 
 

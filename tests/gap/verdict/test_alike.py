@@ -91,6 +91,14 @@ def test_friction_of_one_level_stands_for_that_of_two_which_was_not_fitted(probl
         assert names_alike((leading, other), residuals, CAUSES) == names
 
 
+def test_a_rival_that_is_alike_for_two_reasons_is_named_once(problem, coulomb):
+    leading = make_ranked("coulomb", 0.7, fit=coulomb, excess=0.4)
+    even = make_ranked("asymmetric_coulomb", 0.3, excess=7.0,
+                       fit=dry(problem, forward=0.3, backward=0.3))
+    assert names_alike((leading, even), make_residual_model(problem), CAUSES) == (
+        ("coulomb", "asymmetric_coulomb"),)
+
+
 @pytest.mark.parametrize("lag, names", [(1e-3, (("actuator_lag", "time_delay"),)), (0.1, ())])
 def test_a_short_lag_beside_others_stands_for_a_delay_that_was_not_fitted(problem, lag, names):
     def with_lag(problem):
