@@ -96,7 +96,8 @@ def effect_of_number(label: dict[str, Any]) -> set[str]:
     """The effect that is the same as a number of the robot file that is wrong, where one is."""
     if label["kind"] != "parametric":
         return set()
-    return {EFFECT_OF_NUMBER[name] for name in label["labels"] if name in EFFECT_OF_NUMBER}
+    return {EFFECT_OF_NUMBER[name] for name in label.get("names", label["labels"])
+            if name in EFFECT_OF_NUMBER}
 
 
 def is_right(label: dict[str, Any], answer: Answer) -> bool:

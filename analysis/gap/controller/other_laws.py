@@ -69,7 +69,7 @@ def other_laws(problem: Problem, stated: StatedLaw, limit: np.ndarray, joints: S
     for k in joints:
         found = explanations(joint_of(problem, stated, k, float(limit[k])))
         filtered = _other_filter(problem, stated, k, float(limit[k]), found)
-        if filtered is not None and _is_simpler(*filtered, found):
+        if filtered is not None and _is_better(*filtered, found):
             _add_filter(laws, k, filtered[0], problem.joints[k])
         elif found:
             is_lag = stated.corners is None and found[0].name == LAG
@@ -123,27 +123,25 @@ def _other_filter(problem: Problem, law: StatedLaw, k: int, limit: float, found:
     return (corners, left) if left <= limit else None
 
 
-def _is_simpler(corners: tuple[float, float], left: float, found: Sequence[Found]) -> bool:
-    """Whether two corners explain the commands better than what was found, or with less."""
-    if not found:
-        return True
-    count = len(found[0].values)
-    return count > len(corners) or (count == len(corners) and left < found[0].left / ALIKE)
+def _is_better(corners: tuple[float, float], left: float, found: Sequence[Found]) -> bool:
+    """Whether two corners explain the commands with less than what was found, or leave less."""
+    return (not found or len(found[0].values) > len(corners)
+            or left < found[0].left / ALIKE)
 
 
 def _fitted_corners(problem: Problem, law: StatedLaw, stated: tuple[float, float], k: int,
                     ) -> tuple[float, float]:
-    """Corners of G1 whose replay is nearest to the logged command of joint k."""
+    """Corners of G1 whose replay is nearest to the logged commands of joint k."""
     from scipy.optimize import least_squares
 
-    log = problem.logs[0]
-    used = known_samples(log, law, SLOWEST_FILTER)
-    moved = log.q[:, k] - log.q[0, k]
-    damping_torque = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
+    signals = [(log.q[:, k] - log.q[0, k],
+                law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k],
+                known_samples(log, law, SLOWEST_FILTER)) for log in problem.logs]
 
     def error(exponents: np.ndarray) -> np.ndarray:
         b, a = velocity_filter(law.variant, law.period, np.exp(exponents))
-        return (law.kd[k] * lfilter(b, a, moved) - damping_torque)[used]
+        return np.concatenate([(law.kd[k] * lfilter(b, a, moved) - damping_torque)[known]
+                               for moved, damping_torque, known in signals])
 
     starts = np.log(np.array(stated)) + np.array([[0.0, 0.0], [-0.7, -0.7], [0.7, 0.7]])
     fits = [least_squares(error, start, x_scale=0.1, max_nfev=40) for start in starts]

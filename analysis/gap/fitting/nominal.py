@@ -1,6 +1,7 @@
 """The nominal model, refitted: the gap that no change of inertia, damping and offset removes."""
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from clie_blocks.analysis.gap.residual.whitening import (
 from clie_blocks.linear_filters import frequency_response, high_pass
 
 _LINES = 400  # at which S_0 is looked at
-_MOTIONS = 20  # of a model, that find the noise it lacks
+_MOTIONS = 8  # of a model, that find the noise it lacks
 _LEFT = 0.01  # of that noise, where fewer are enough
 
 
@@ -94,12 +95,17 @@ def _noise_of_error(hypothesis: Hypothesis, j: int, corner: float, peak: float) 
 
 
 def _largest_gain(hypothesis: Hypothesis, frequency: np.ndarray) -> float:
-    """Largest |S_0| of the joints, each for itself, at some frequencies [Hz]."""
+    """Largest |S_0| of the joints, each by itself, at some frequencies [Hz]."""
+    return float(max(np.abs(one).max() for one in _sensitivities(hypothesis, frequency)))
+
+
+def _sensitivities(hypothesis: Hypothesis, frequency: np.ndarray) -> Iterator[np.ndarray]:
+    """S_0 of each joint by itself at some frequencies [Hz]."""
     law, values = hypothesis.problem.law, hypothesis.values
     omega = 2.0 * np.pi * frequency * hypothesis.problem.period
-    filters = (law.sensor_sensitivity(k, values["inertia"][k], values["damping"][k])
-               for k in range(hypothesis.problem.n))
-    return float(max(np.abs(frequency_response(b, a, omega)).max() for b, a in filters))
+    for k in range(hypothesis.problem.n):
+        yield frequency_response(*law.sensor_sensitivity(
+            k, values["inertia"][k], values["damping"][k]), omega)
 
 
 def _lacking_noise(hypothesis: Hypothesis, j: int, corner: float) -> np.ndarray:
@@ -121,10 +127,22 @@ def _lacking_noise(hypothesis: Hypothesis, j: int, corner: float) -> np.ndarray:
     start = left(np.zeros_like(log.dither))
     if not np.abs(start).max() < DIVERGED:
         return start
-    loop = LinearOperator((start.size, start.size),
-                          lambda more: (start - left(more.reshape(start.shape))).ravel())
-    more, _ = gmres(loop, start.ravel(), rtol=_LEFT, restart=_MOTIONS, maxiter=1)
+    square = start.size, start.size
+    loop = LinearOperator(square, lambda more: (start - left(more.reshape(start.shape))).ravel())
+    inverse = _inverse_sensitivity(hypothesis, len(start), corner)
+    alone = LinearOperator(square, lambda error: np.fft.irfft(inverse * np.fft.rfft(
+        error.reshape(start.shape), axis=0), len(start), axis=0).ravel())
+    more, _ = gmres(loop, start.ravel(), rtol=_LEFT, restart=_MOTIONS, maxiter=1, M=alone)
     return np.asarray(more).reshape(start.shape)
+
+
+def _inverse_sensitivity(hypothesis: Hypothesis, samples: int, corner: float) -> np.ndarray:
+    """1 / S_0 of each joint by itself above a corner [Hz], one below it, (frequencies, n)."""
+    period = hypothesis.problem.period
+    frequency = np.fft.rfftfreq(samples, period)[1:]
+    above = np.minimum(frequency / corner, 1.0)[:, None] ** 4
+    inverse = 1.0 / np.stack(list(_sensitivities(hypothesis, frequency)), axis=1)
+    return np.vstack([np.ones(hypothesis.problem.n), 1.0 + above * (inverse - 1.0)])
 
 
 def pool_logs(problem: Problem, nominal: Fit, method: Method) -> Problem:

@@ -112,6 +112,15 @@ class Calibration:
                          for one in (self, blunt))
         return max(float(whole - beyond), 0.0)
 
+    def score_of_none(self, nominal_excess: float, violation: float = 0.0, violations: int = 0,
+                      ) -> float:
+        """Score of no cause at all: of what a nominal model leaves beyond a healthy robot.
+
+        `violation` is the part of it beyond the datasheet, that of so many parameters.
+        """
+        left = max(nominal_excess - violation - self.healthy, 0.0) + violation
+        return self.score(left, nominal_excess) - self.prior_violation_cost * bool(violations)
+
     def cannot_pay_off(self, excess: float, nominal_excess: float) -> bool:
         """Whether no further cause could outweigh its cost, however little it would leave.
 
@@ -122,6 +131,16 @@ class Calibration:
         cost = (self.shortfall(share) + self.cause_cost + self.parameter_cost
                 + self.gained_in_health(0.0, excess, nominal_excess))
         return bool(gain < cost - np.log(self.futile_odds))
+
+
+    def cannot_lead(self, excess: float, nominal_excess: float) -> bool:
+        """Whether two causes cannot be likelier than none, however little they would leave.
+
+        `excess` is that of the best hypothesis; the nominal model keeps to the datasheet.
+        """
+        score = (self.score(0.0, nominal_excess) - 2.0 * self.parameter_cost - self.cause_cost
+                 - self.gained_in_health(0.0, excess, nominal_excess))
+        return bool(score < self.score_of_none(nominal_excess) - np.log(self.futile_odds))
 
 
 def load_calibration(path: Path = STORED) -> Calibration:

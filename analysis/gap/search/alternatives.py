@@ -74,7 +74,7 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
                for candidate in (*_all_alternatives(leader, causes, much_left, residuals),
                                  *_alike_alone(leader, fits, much_left, residuals),
                                  *_elastic_for_loose(leader, fits, causes, residuals),
-                                 *_ringing_for_periodic(leader, causes, much_left, residuals))}
+                                 *_ringing_for_periodic(leader, fits, causes, residuals))}
     return [candidate for keys, candidate in by_keys.items() if keys not in known
             and (keys not in reached or (
                 reached[keys] > leader.cost + least
@@ -201,12 +201,17 @@ def _elastic_for_loose(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause]
                 yield Candidate((*before, other, *after), 0.0, elastic)
 
 
-def _ringing_for_periodic(leader: Fit, causes: Sequence[Cause], much_left: bool,
+def _ringing_for_periodic(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
                           residuals: ResidualModel) -> Iterator[Candidate]:
-    """Candidates with an elastic gear that rings in the place of a periodic disturbance."""
-    members = fitted_members(leader.hypothesis)
-    if not much_left or transmission.JOINT_ELASTICITY not in causes or any(
-            member.cause.moves_apart for member in members):
+    """Candidates with an elastic gear that rings in the place of a periodic disturbance.
+
+    Of a gear that rings a periodic disturbance explains a fair share, but not all.
+    """
+    method, members = residuals.method, fitted_members(leader.hypothesis)
+    much = method.search.fair_share * max(fit.excess for fit in fits)
+    if (not method.calibration.healthy < leader.excess < much
+            or transmission.JOINT_ELASTICITY not in causes
+            or any(member.cause.moves_apart for member in members)):
         return
     for k, member in enumerate(members):
         if member.cause is timed.PERIODIC_DISTURBANCE:

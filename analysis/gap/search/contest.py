@@ -127,10 +127,11 @@ class Contest:
 
     def is_explained(self, fits: Sequence[Fit]) -> bool:
         """Whether the best fit leaves so little that no further cause could lead with it."""
-        left, whole = least_excess(fits), self.nominal.excess
-        small = max(self.method.calibration.healthy,
-                    self.method.search.negligible_share * whole)
-        return left < small or self.method.calibration.cannot_pay_off(left, whole)
+        calibration, left, whole = self.method.calibration, least_excess(fits), self.nominal.excess
+        small = max(calibration.healthy, self.method.search.negligible_share * whole)
+        keeps_to_datasheet = self.nominal.penalty <= self.method.verdict.prior_violation
+        return (left < small or calibration.cannot_pay_off(left, whole)
+                or keeps_to_datasheet and calibration.cannot_lead(left, whole))
 
     def near_the_best(self, fits: Sequence[Fit], others: Sequence[Fit] = ()) -> list[Fit]:
         """Those of some fits that are not far behind the best of them, and of others."""

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.drive import TORQUE_GAIN_ERROR
 from clie_blocks.analysis.gap.causes.load import COUPLING
 from clie_blocks.analysis.gap.fitting.compile_ahead import compiler
 from clie_blocks.analysis.gap.fitting.fit import Fit
@@ -27,6 +28,7 @@ from clie_blocks.analysis.gap.search.candidates import (
     of_each_joint,
 )
 from clie_blocks.analysis.gap.search.contest import Contest, distinct, least, not_fitted, total
+from clie_blocks.analysis.gap.search.drive_gains import drive_gain_fits
 from clie_blocks.analysis.gap.search.fewer import with_other_delays, without_idle_causes
 from clie_blocks.analysis.gap.search.file_numbers import (
     number_beside,
@@ -124,11 +126,12 @@ class _Search(Contest):
     def fits_of_causes(self, screen: Screen) -> list[Fit]:
         """Single causes, pairs, and larger sets."""
         method = self.method.search
+        gains = self.gains_beside(self.nominal)  # first, for they are soon fitted
         alone = self.steps.singles(screen, self.residuals, self.nominal, self.causes)
         alone = alone[:method.leaders]
         if not alone:  # all of the causes need links that are not stated
             return []
-        fits = self.with_singles(alone)
+        fits = self.with_singles(gains, alone)
         if self.is_done(fits) or len(self.causes) == 1:
             return fits
         best = least(fits)
@@ -150,17 +153,21 @@ class _Search(Contest):
             fits = self.with_two_more(screen, extended, fits)
         return self.with_larger_sets(screen, fits, extended)
 
-    def with_singles(self, alone: list[Candidate]) -> list[Fit]:
-        """Fits of single causes.
+    def with_singles(self, fits: list[Fit], alone: list[Candidate]) -> list[Fit]:
+        """Fits, and those of single causes.
 
         Where none explains most of the gap of an arm of many joints, what each joint needs says
         more than the last steps of these fits, or their alternatives.
         """
         method = self.method.search
-        fits = self.with_fitted([], alone, method.single_finalists)
+        fits = self.with_fitted(fits, alone, method.single_finalists)
         if is_long(self.residuals) and leaves_much(least(fits), self.nominal, self.method):
             return fits
         return self.with_raced(fits, [], method.single_finalists)
+
+    def gains_beside(self, base: Fit) -> list[Fit]:
+        """Fits of a wrong gain of one drive of an arm beside the causes of a fit."""
+        return drive_gain_fits(base, self.residuals) if TORQUE_GAIN_ERROR in self.causes else []
 
     def sets_along_motion(self, alone: Fit) -> list[Fit]:
         """Sets of causes that are found along the measured motion, fitted in the stated loop.
@@ -261,7 +268,7 @@ class _Search(Contest):
         """Fits, and with each step more sets that are larger than a base, the likeliest first."""
         method, more = self.method.search, one_more_cause(self, screen, base)
         of_links = [one for one in more if one.members[-1].cause.changes_links]
-        fits = self.with_fitted(fits, of_links, len(of_links))
+        fits = self.with_fitted(fits + self.gains_beside(base), of_links, len(of_links))
         yield fits
         fits = self.with_joint_by_joint(screen, base, fits)
         yield fits

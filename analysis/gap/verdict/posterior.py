@@ -110,9 +110,8 @@ def _odds(scores: np.ndarray) -> np.ndarray:
 
 def _none(table: Table, c: Calibration) -> _Scored:
     """The nominal model: what it leaves beyond that of a healthy robot, and its violations."""
-    left = _beyond_healthy(table, c) + table.prior_violation
-    violation = c.prior_violation_cost * bool(table.prior_violations)
-    return _Scored(table.nominal_excess, c.score(left, table.nominal_excess) - violation)
+    return _Scored(table.nominal_excess, c.score_of_none(
+        table.nominal_excess, table.prior_violation, table.prior_violations))
 
 
 def _parametric(table: Table, c: Calibration) -> _Scored:

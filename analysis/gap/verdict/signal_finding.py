@@ -28,8 +28,8 @@ class SignalFinding:
     left : dict
         What each explanation leaves of each joint's motion [rad]: arrays by name of
         `position_path.EXPLAINED_BY`.
-    members : tuple of str
-        All names that explain these logs alike, `effect` being the first; empty for one alone.
+    alike : tuple of str
+        Other names that explain these logs as well.
 
     """
 
@@ -39,13 +39,13 @@ class SignalFinding:
     parameters: dict[str, Entry]
     share: float = 0.0
     left: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
-    members: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Row of the JSON answer."""
-        row = {"effect": self.effect, "joint": [k + 1 for k in self.joints],
-               "probability": self.probability, "parameters": self.parameters}
-        return {**row, "members": list(self.members)} if self.members else row
+        return {"effect": self.effect, "joint": [k + 1 for k in self.joints],
+                "probability": self.probability, "alike": list(self.alike),
+                "parameters": self.parameters}
 
 
 def entry(value: np.ndarray, unit: str, low: np.ndarray | None = None,

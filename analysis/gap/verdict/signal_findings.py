@@ -121,9 +121,8 @@ def _named_finding(names: tuple[str, ...], joints: Sequence[NamedJoint], method:
         bound = fits[0].candidate.parameter(key)
         parameters[key] = entry(value, bound.unit, np.maximum(value - half, bound.lower),
                                  np.minimum(value + half, bound.upper))
-    members = (first, *(name for name in names if name != first)) if len(names) > 1 else ()
     return SignalFinding(first, tuple(joint.joint for joint in joints), method.certain,
-                         parameters, members=members)
+                         parameters, alike=tuple(name for name in names if name != first))
 
 
 def with_signal_findings(verdict: str, findings: Sequence[SignalFinding]) -> str:

@@ -80,7 +80,7 @@ def test_what_is_inserted_is_named(name):
     answer = found.to_dict()
     leading = answer["effects"][0]
     assert answer["verdict"] == "effect" and not answer["controller_as_stated"]
-    assert name in (leading["effect"], *leading.get("members", ())) and leading["joint"] == [1]
+    assert name in (leading["effect"], *leading["alike"]) and leading["joint"] == [1]
     for key, entry in leading["parameters"].items():
         (low,), (high,) = entry["interval"]
         assert low <= INSERTED[name][key] <= high, key

@@ -119,7 +119,7 @@ PER_KP = ("ki", "weight", "friction", "bias")
 def test_what_shows_in_the_command_is_named_with_its_parameters(name, robot):
     change, truth = EFFECTS[name]
     (found,) = findings(commanded(robot, change))
-    assert (found.effect, found.joints, found.members) == (name, (JOINT,), ())
+    assert (found.effect, found.joints, found.alike) == (name, (JOINT,), ())
     assert set(found.parameters) == set(truth)
     for key, entry in found.parameters.items():
         (low,), (high,) = entry["interval"]
@@ -161,10 +161,10 @@ def test_a_lag_of_the_velocity_is_a_filter_by_another_name_where_none_is_stated(
     plain = dataclasses.replace(robot, law=dataclasses.replace(law, corners=None))
     (found,) = findings(commanded(plain, EFFECTS["velocity_estimate_lag"][0]))
     assert found.effect == "velocity_estimate_lag"
-    assert found.as_dict()["members"] == ["velocity_estimate_lag", "velocity_filter_mismatch"]
+    assert found.as_dict()["alike"] == ["velocity_filter_mismatch"]
     (other,) = findings(commanded(plain, EFFECTS["velocity_estimate_lag"][0]),
                         {"velocity_estimate_lag"})
-    assert other.effect == "velocity_filter_mismatch" and not other.members
+    assert other.effect == "velocity_filter_mismatch" and not other.alike
 
 
 @pytest.mark.slow

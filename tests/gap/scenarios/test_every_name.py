@@ -85,8 +85,7 @@ ROBOTS = {"joint_elasticity": SOFT, "stiffening_elasticity": SOFT, "torsional_hy
 def heads(answer):
     """Classes of the first answer and of what the logs do not tell from it."""
     first = answer["effects"][0]
-    return {class_of(name) for name in (first["effect"], *(first.get("alike") or ()),
-                                        *(first.get("members") or ()))}
+    return {class_of(name) for name in (first["effect"], *(first.get("alike") or ()))}
 
 
 def put_back(found, robot, j):
