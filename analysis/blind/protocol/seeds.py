@@ -12,7 +12,7 @@ DEVELOPMENT_SEEDS = (
     range(10001, 10003), range(10004, 10006))
 # of studies that were published, and opened since
 OPENED_SEEDS = (22469, 29531, 34141, 38207, 46271, 47123, 48611, 52931, 53617, 55127, 55811,
-                57037, 58231, 63719, 64901, 66587, 67421, 68903, 71203, 75941, 76819, 83117,
+                57037, 58231, 63719, 64901, 66587, 67421, 68903, 71203, 74687, 75941, 76819, 83117,
                 86413, 88069, 91733)
 OWN_ENGINE = "own_robots"  # the engine of the calibration, which no blind trial comes from
 CALIBRATED = "thresholds and probability map"

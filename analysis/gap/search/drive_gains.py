@@ -45,10 +45,9 @@ def drive_gain_fits(base: Fit, residuals: ResidualModel) -> list[Fit]:
     everywhere = build_hypothesis(problem, (*members, _gain(joints)))
     starts = [build_hypothesis(problem, (*members, _gain((k,), problem.n))) for k in joints]
     starts.sort(key=lambda start: _predicted_cost(start, everywhere, residuals))
-    method = residuals.method.search
-    best, *others = sorted((fit(start, residuals, method.first_steps)
-                            for start in starts[:_FITTED]), key=training_excess)
-    return [fit(best.hypothesis, residuals, method.leader_steps), *others]
+    found = [fit(start, residuals, residuals.method.search.leader_steps)
+             for start in starts[:_FITTED]]
+    return sorted(found, key=training_excess)
 
 
 def _gain(joints: tuple[int, ...], count: int | None = None) -> Member:

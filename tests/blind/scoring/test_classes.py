@@ -83,6 +83,15 @@ def test_names_that_the_logs_do_not_tell_apart_are_one_answer(plain_study):
     assert board["set_size"]["value"] == 1
 
 
+@pytest.mark.parametrize("of", [str, class_of])
+def test_the_effect_of_a_wrong_number_is_right_under_its_name(plain_study, of):
+    label = plain_study.label("parametric") | {"labels": ["torque_gain"], "effects": []}
+    board = score({"one": plain_study.answer("torque_gain_error")}, {"one": label}, of)
+    assert board["parametric_named"]["rate"] == board["set_coverage"]["rate"] == 1
+    other = score({"one": plain_study.answer("coulomb")}, {"one": label}, of)
+    assert other["parametric_named"]["rate"] == other["set_coverage"]["rate"] == 0
+
+
 def test_an_effect_that_was_corrected_in_the_logs_is_an_answer(plain_study):
     label = plain_study.label("single") | {
         "labels": ["channel_skew"], "effects": [{"effect": "channel_skew", "joints": [2]}]}

@@ -208,6 +208,25 @@ def test_where_a_further_cause_is_futile_it_does_not_lead_though_it_leaves_nothi
             assert share > 0.009
 
 
+@pytest.mark.parametrize("nothing", np.geomspace(0.5, 20.0, 12))
+def test_where_no_two_causes_can_lead_none_does_though_they_leave_nothing(nothing):
+    for left in nothing * np.linspace(0.05, 1.0, 20):
+        ranking = weigh(nothing, ("coulomb", left, 1), ("coulomb+spring", 0.0, 2),
+                        contamination=0.0)
+        odds = {s.names: s.probability for s in ranking}
+        share = odds["coulomb", "spring"] / (odds["coulomb", "spring"] + odds["none",])
+        if Calibration().cannot_lead(left, nothing):
+            assert share < 0.011
+        else:
+            assert share > 0.005
+
+
+def test_two_causes_may_lead_beside_a_large_gap_and_not_beside_a_healthy_robot():
+    healthy = Calibration().healthy
+    assert Calibration().cannot_lead(1.05 * healthy, 1.1 * healthy)
+    assert not Calibration().cannot_lead(50.0, 100.0)
+
+
 def test_the_score_falls_by_the_sharpness_per_factor_e_above_what_a_right_model_may_leave():
     c = Calibration(sharpness=6.0, floor=0.05, misfit=1e-3)
     tolerated = 0.05 + 1e-3 * 200.0
