@@ -34,6 +34,7 @@ WATCHED = {  # labels of the stages, by name in `Stages`, `ExplainSteps` and `Se
     "screen": "screening", "singles": "single causes: events, orders, joints", "pairs": "pairs",
     "screen_residual": "screening of the residual", "race": "fits by simulation",
     "fit_numbers": "parameters outside their tolerance",
+    "drive_gains": "gains of drives",
     "prune": "pruning of idle joints", "prune_joints": "pruning of idle joints",
     "refine_to_prior": "MAP refinement", "lack_of_fit": "test of lack of fit",
     "explain_backlash": "backlash check", "gap_reduction": "gap reduction",

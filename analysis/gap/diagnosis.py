@@ -397,10 +397,10 @@ def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Pr
     """
     if controller.recorded:
         return first.nominal
+    if not (controller.misdescribed or controller.coarse):
+        before = first.before_pooling
+        return first.nominal if before is None or before.has_diverged else before
     stated = with_both_views(with_observer(problem, method))
-    pooled = len(first.residuals.problem.fit) > len(stated.fit)
-    if not (controller.misdescribed or controller.coarse or pooled):
-        return first.nominal
     nominal = stages.steps.fit_nominal(stated, method, stages.steps.noise_model)[1]
     return first.nominal if nominal.has_diverged else nominal
 

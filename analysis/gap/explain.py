@@ -37,13 +37,15 @@ EXPLAIN_STEPS = ExplainSteps()
 class Explanation:
     """The refitted nominal model, and the evidence on all hypotheses that were fitted.
 
-    It is complete unless the time was over before the search was.
+    It is complete unless the time was over before the search was.  Where held-out logs were
+    fitted, too, `before_pooling` is the nominal model on the stated split.
     """
 
     residuals: ResidualModel
     nominal: Fit
     evidence: Table
     is_complete: bool = True
+    before_pooling: Fit | None = None
 
     @property
     def has_gap(self) -> bool:
@@ -66,8 +68,9 @@ def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method =
     ends at the deadline, a reading of `time.monotonic` [s].
     """
     residuals, nominal = steps.fit_nominal(problem, method, steps.noise_model)
-    pooled = pool_logs(problem, nominal, method)
+    before_pooling, pooled = None, pool_logs(problem, nominal, method)
     if pooled is not problem:
+        before_pooling = nominal
         residuals, nominal = steps.fit_nominal(pooled, method, steps.noise_model)
     residuals = dataclasses.replace(residuals, deadline=deadline)
     is_searched = has_gap(nominal, method) and causes and not nominal.has_diverged
@@ -76,10 +79,11 @@ def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method =
     residuals, fits = with_noise_of_leader(residuals, nominal, fits)
     table = steps.evidence(nominal, fits, residuals)
     if not test_lack_of_fit:
-        return Explanation(residuals, nominal, table, is_complete)
+        return Explanation(residuals, nominal, table, is_complete, before_pooling)
     candidates = [row.fit for row in table.rows if row.fit is not None and not row.confounder]
     free = _excess_with_free_torque(nominal, candidates, residuals, steps)
-    return Explanation(residuals, nominal, dataclasses.replace(table, free=free), is_complete)
+    return Explanation(residuals, nominal, dataclasses.replace(table, free=free), is_complete,
+                       before_pooling)
 
 
 def _excess_with_free_torque(nominal: Fit, fits: Sequence[Fit], residuals: ResidualModel,

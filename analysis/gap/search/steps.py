@@ -11,6 +11,7 @@ from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate, pairs, singles
+from clie_blocks.analysis.gap.search.drive_gains import drive_gain_fits
 from clie_blocks.analysis.gap.search.file_numbers import fit_numbers, wrong_numbers
 from clie_blocks.analysis.gap.search.racing import race
 from clie_blocks.analysis.gap.search.screening import Screen, screen_causes, screen_residual
@@ -27,6 +28,7 @@ class SearchSteps:
     race: Callable[[ResidualModel, Fit, Sequence[Candidate], int], list[Fit]] = race
     wrong_numbers: Callable[[Problem], list[Member]] = wrong_numbers
     fit_numbers: Callable[[Sequence[Member], ResidualModel, Fit], Fit] = fit_numbers
+    drive_gains: Callable[[Fit, ResidualModel], list[Fit]] = drive_gain_fits
     prune: Callable[[Fit, ResidualModel, float], Fit] = prune_joints
 
 

@@ -28,7 +28,6 @@ from clie_blocks.analysis.gap.search.candidates import (
     of_each_joint,
 )
 from clie_blocks.analysis.gap.search.contest import Contest, distinct, least, not_fitted, total
-from clie_blocks.analysis.gap.search.drive_gains import drive_gain_fits
 from clie_blocks.analysis.gap.search.fewer import with_other_delays, without_idle_causes
 from clie_blocks.analysis.gap.search.file_numbers import (
     number_beside,
@@ -167,7 +166,8 @@ class _Search(Contest):
 
     def gains_beside(self, base: Fit) -> list[Fit]:
         """Fits of a wrong gain of one drive of an arm beside the causes of a fit."""
-        return drive_gain_fits(base, self.residuals) if TORQUE_GAIN_ERROR in self.causes else []
+        return (self.steps.drive_gains(base, self.residuals)
+                if TORQUE_GAIN_ERROR in self.causes else [])
 
     def sets_along_motion(self, alone: Fit) -> list[Fit]:
         """Sets of causes that are found along the measured motion, fitted in the stated loop.

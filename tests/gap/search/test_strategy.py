@@ -52,7 +52,7 @@ class StubFit:
     def total(self):
         return (1.0 + self.excess) * SAMPLES
 
-    cost = total
+    cost, penalty = total, 0.0
     samples = np.array([[SAMPLES]])
 
 
@@ -82,7 +82,8 @@ def searched():
         steps = dataclasses.replace(
             SEARCH_STEPS, screen=lambda *_: None, singles=singles, pairs=pairs, race=race,
             screen_residual=lambda screen, residuals, fit: fit,
-            wrong_numbers=lambda problem: [], prune=lambda fit, residuals, excess_of_nominal: fit)
+            wrong_numbers=lambda problem: [], drive_gains=lambda *_: [],
+            prune=lambda fit, residuals, excess_of_nominal: fit)
         method = METHOD.with_values(**{"search.alternative_rounds": 0,
                                        "search.neighbour_rounds": 0})
         loopless = SimpleNamespace(holds_joints=False)
@@ -146,7 +147,8 @@ def arm(monkeypatch):
             SEARCH_STEPS, screen=lambda *_: Screen([], [], 1), singles=singles, race=race,
             pairs=lambda screen, method: paired.append(1) or [],
             screen_residual=lambda screen, residuals, fit: screen,
-            wrong_numbers=lambda problem: [], prune=lambda fit, residuals, excess_of_nominal: fit)
+            wrong_numbers=lambda problem: [], drive_gains=lambda *_: [],
+            prune=lambda fit, residuals, excess_of_nominal: fit)
         method = METHOD.with_values(**{"search.alternative_rounds": 0,
                                        "search.neighbour_rounds": 0})
         residuals = SimpleNamespace(
@@ -194,6 +196,6 @@ def test_a_fit_whose_loop_is_not_stable_is_not_extended():
 
 def test_where_no_cause_can_act_nothing_is_fitted():
     steps = dataclasses.replace(SEARCH_STEPS, screen=lambda *_: None, singles=lambda *_: [],
-                                wrong_numbers=lambda problem: [])
+                                wrong_numbers=lambda problem: [], drive_gains=lambda *_: [])
     residuals = SimpleNamespace(method=METHOD, problem=SimpleNamespace(n=1), is_out_of_time=False)
     assert search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps).fits == []
