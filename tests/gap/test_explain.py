@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 from factories import make_fit, make_problem, make_residual_model
 
@@ -29,4 +28,3 @@ def test_the_model_of_the_stated_split_is_kept_where_held_out_logs_are_fitted(ex
     assert len(models) == 1 + pooled and found.nominal is models[-1]
     assert found.before_pooling is (models[0] if pooled else None)
     assert len(found.nominal.hypothesis.problem.held_out) == 1 - pooled
-    assert np.isfinite(found.nominal.excess)

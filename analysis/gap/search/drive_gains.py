@@ -5,8 +5,6 @@ model absorbs most of it far beyond the datasheet, and from there the slopes poi
 drive.  Links that are off by no more than their tolerance are near enough to the stated ones.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.drive import TORQUE_GAIN_ERROR
@@ -25,7 +23,8 @@ _FITTED = 2  # drives, those of the least predicted costs
 def drive_gain_fits(base: Fit, residuals: ResidualModel) -> list[Fit]:
     """Return fits of a wrong gain of one drive each, beside the causes of a fit.
 
-    There are none where that fit keeps to the datasheet, or leaves nothing.
+    There are none where that fit keeps to the datasheet or leaves nothing, for a single joint, and
+    where no links are stated.
 
     Parameters
     ----------
@@ -40,9 +39,9 @@ def drive_gain_fits(base: Fit, residuals: ResidualModel) -> list[Fit]:
     healthy = residuals.method.calibration.healthy
     if (problem.n == 1 or not problem.links.known or not base.prior_violation.any()
             or training_excess(base) < healthy or residuals.is_out_of_time
-            or not all(compatible(one, _gain(joints)) for one in members)):
+            or not all(compatible(one, _gain(joints, problem.n)) for one in members)):
         return []
-    everywhere = build_hypothesis(problem, (*members, _gain(joints)))
+    everywhere = build_hypothesis(problem, (*members, _gain(joints, problem.n)))
     starts = [build_hypothesis(problem, (*members, _gain((k,), problem.n))) for k in joints]
     starts.sort(key=lambda start: _predicted_cost(start, everywhere, residuals))
     found = [fit(start, residuals, residuals.method.search.leader_steps)
@@ -50,8 +49,8 @@ def drive_gain_fits(base: Fit, residuals: ResidualModel) -> list[Fit]:
     return sorted(found, key=training_excess)
 
 
-def _gain(joints: tuple[int, ...], count: int | None = None) -> Member:
-    one = np.ones(count or len(joints))
+def _gain(joints: tuple[int, ...], count: int) -> Member:
+    one = np.ones(count)
     return Member(TORQUE_GAIN_ERROR, joints, {_ERROR: 0.0 * one}, {_ERROR: _SIZE * one})
 
 
